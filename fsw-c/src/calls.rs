@@ -24,9 +24,9 @@ pub const TELEMETRY_BYTES: usize = 2560;
 /// Bytes that hold any parameter table.
 pub const PARAMETERS_BYTES: usize = 512;
 /// Version of the telemetry frames' layout; their first byte after the length.
-pub const TELEMETRY_VERSION: u8 = 12;
+pub const TELEMETRY_VERSION: u8 = 13;
 /// Version of the parameter table that is read; its first byte.
-pub const PARAMETERS_VERSION: u8 = 22;
+pub const PARAMETERS_VERSION: u8 = 23;
 
 const _: () = assert!(size_of::<SensorMemory>() <= SENSOR_BYTES);
 const _: () = assert!(align_of::<SensorMemory>() == SENSOR_ALIGNMENT);
@@ -301,12 +301,14 @@ pub(crate) unsafe fn fly(
         return Err(Status::Instruments);
     }
     // SAFETY: the caller promises the callbacks, for this call.
-    let (mut detector, mut clock, mut rate_sensor, mut meter, mut shutter) = unsafe { instruments.lend() };
+    let (mut detector, mut clock, mut rate_sensor, mut magnetometer, mut meter, mut shutter) =
+        unsafe { instruments.lend() };
     let mut instruments = sensor::Instruments {
         detector: &mut detector,
         clock: &mut clock,
         meter: &mut meter,
         rate_sensor: &mut rate_sensor,
+        magnetometer: &mut magnetometer,
         shutter: &mut shutter,
     };
     let second = |sensor: &mut sensor::Sensor| {

@@ -6,8 +6,8 @@
 
 use core::ffi::c_void;
 use fsw_hal::{
-    AngularRate, ClockError, DetectorError, DetectorGeometry, LocalTime, OpenPaths, RateSensorError,
-    ShutterError, Stage, StageMeter, Window as HalWindow,
+    AngularRate, ClockError, DetectorError, DetectorGeometry, LocalTime, MagneticField, OpenPaths,
+    ReadingError, ShutterError, Stage, StageMeter, Window as HalWindow,
 };
 
 /// What a callback answers. Any other number counts as `BUS`.
@@ -125,6 +125,29 @@ pub struct RateSensor {
         Option<unsafe extern "C" fn(context: *mut c_void, reading: *mut AngularRateReading) -> u32>,
 }
 
+/// A reading of the magnetic flux density.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MagneticFieldReading {
+    /// Middle of the time it was taken over, local time, microseconds since power-on.
+    pub local_us: i64,
+    /// Flux density along the x, y, z axes of the Earth path, microtesla, as the sensor has it: the
+    /// spacecraft's own field is in it.
+    pub ut: [f32; 3],
+}
+
+/// The magnetometer. Asked only where the parameter table says how good it is.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Magnetometer {
+    /// Handed to the callback; may be null.
+    pub context: *mut c_void,
+    /// Writes the newest reading. Answers `OK`, `NO_READING`, `SATURATED`, `TIMEOUT` or `BUS`. Null: none
+    /// on board.
+    pub magnetic_field:
+        Option<unsafe extern "C" fn(context: *mut c_void, reading: *mut MagneticFieldReading) -> u32>,
+}
+
 /// The shutters of the two paths. Moved only where the parameter table says which there are.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -163,6 +186,8 @@ pub struct Instruments {
     pub meter: Meter,
     /// The shutters of the paths; all zero where there are none.
     pub shutter: Shutter,
+    /// The magnetic field; all zero where there is no magnetometer.
+    pub magnetometer: Magnetometer,
 }
 
 impl Instruments {
@@ -179,15 +204,17 @@ impl Instruments {
             && clock.terrestrial_time.is_some()
     }
 
-    /// The instruments behind the traits of `fsw-hal`. One without its callback answers as a failed link; a
-    /// rate sensor without one never has a reading, shutters without one stay open, marks are dropped.
+    /// The instruments behind the traits of `fsw-hal`. One without its callback answers as a failed link; rate
+    /// sensor and magnetometer without one never have a reading, shutters without one stay open, marks are
+    /// dropped.
     ///
     /// # Safety
     /// The callbacks are what their types and their documentation say, for as long as what is given is
     /// used.
-    pub(crate) unsafe fn lend(self) -> (CDetector, CClock, CRateSensor, CMeter, CShutter) {
-        let Self { detector, clock, rate_sensor, meter, shutter } = self;
-        (CDetector(detector), CClock(clock), CRateSensor(rate_sensor), CMeter(meter), CShutter(shutter))
+    pub(crate) unsafe fn lend(self) -> (CDetector, CClock, CRateSensor, CMagnetometer, CMeter, CShutter) {
+        let Self { detector, clock, rate_sensor, meter, shutter, magnetometer } = self;
+        let (rate_sensor, magnetometer) = (CRateSensor(rate_sensor), CMagnetometer(magnetometer));
+        (CDetector(detector), CClock(clock), rate_sensor, magnetometer, CMeter(meter), CShutter(shutter))
     }
 }
 
@@ -219,8 +246,8 @@ fn clock_reply(reply: u32) -> Result<(), ClockError> {
     }
 }
 
-/// What a rate sensor's answer means: whether there is a reading.
-fn rate_reply(reply: u32) -> Result<bool, RateSensorError> {
+/// What the answer of a rate sensor or a magnetometer means: whether there is a reading.
+fn reading_reply(reply: u32) -> Result<bool, ReadingError> {
     const OK: u32 = Reply::Ok as u32;
     const TIMEOUT: u32 = Reply::Timeout as u32;
     const NO_READING: u32 = Reply::NoReading as u32;
@@ -228,9 +255,9 @@ fn rate_reply(reply: u32) -> Result<bool, RateSensorError> {
     match reply {
         OK => Ok(true),
         NO_READING => Ok(false),
-        TIMEOUT => Err(RateSensorError::Timeout),
-        SATURATED => Err(RateSensorError::Saturated),
-        _ => Err(RateSensorError::Bus),
+        TIMEOUT => Err(ReadingError::Timeout),
+        SATURATED => Err(ReadingError::Saturated),
+        _ => Err(ReadingError::Bus),
     }
 }
 
@@ -318,17 +345,35 @@ impl fsw_hal::Clock for CClock {
 pub(crate) struct CRateSensor(RateSensor);
 
 impl fsw_hal::ErrorType for CRateSensor {
-    type Error = RateSensorError;
+    type Error = ReadingError;
 }
 
 impl fsw_hal::RateSensor for CRateSensor {
-    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, ReadingError> {
         let Some(angular_rate) = self.0.angular_rate else { return Ok(None) };
         let mut reading = AngularRateReading { local_us: 0, rad_s: [0.0; 3] };
         // SAFETY: `lend` was told that the callbacks are what their types say; one reading is written.
-        let given = rate_reply(unsafe { angular_rate(self.0.context, &raw mut reading) })?;
+        let given = reading_reply(unsafe { angular_rate(self.0.context, &raw mut reading) })?;
         let AngularRateReading { local_us, rad_s } = reading;
         Ok(given.then_some(AngularRate { instant: LocalTime::from_us(local_us), rad_s }))
+    }
+}
+
+/// The magnetometer that [`Instruments::lend`] was told of.
+pub(crate) struct CMagnetometer(Magnetometer);
+
+impl fsw_hal::ErrorType for CMagnetometer {
+    type Error = ReadingError;
+}
+
+impl fsw_hal::Magnetometer for CMagnetometer {
+    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, ReadingError> {
+        let Some(magnetic_field) = self.0.magnetic_field else { return Ok(None) };
+        let mut reading = MagneticFieldReading { local_us: 0, ut: [0.0; 3] };
+        // SAFETY: `lend` was told that the callbacks are what their types say; one reading is written.
+        let given = reading_reply(unsafe { magnetic_field(self.0.context, &raw mut reading) })?;
+        let MagneticFieldReading { local_us, ut } = reading;
+        Ok(given.then_some(MagneticField { instant: LocalTime::from_us(local_us), ut }))
     }
 }
 

@@ -18,6 +18,8 @@ pub const FAULT_RATE_SENSOR: u32 = 8;
 pub const FAULT_FIX: u32 = 16;
 /// The shutters did not move: where they stand is not known.
 pub const FAULT_SHUTTER: u32 = 32;
+/// The magnetometer gave no reading that can be used.
+pub const FAULT_MAGNETOMETER: u32 = 64;
 
 /// Mode in which a second was spent.
 #[repr(u32)]
@@ -234,6 +236,23 @@ pub struct Local {
     pub yaw_rad: f32,
 }
 
+/// What the magnetometer reads, and how far it is to be believed; along the axes of the Earth path. All zero
+/// without one, without a reading and where the orbit is not known.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MagneticField {
+    /// Whether there is a reading.
+    pub known: bool,
+    /// Whether the attitude of this second rests on it.
+    pub used: bool,
+    /// The reading less the zero, microtesla: the Earth's field.
+    pub field_ut: [f32; 3],
+    /// The zero as stars and orbit have shown it, microtesla: the spacecraft's own field.
+    pub zero_ut: [f32; 3],
+    /// Standard deviation of the zero, an axis, microtesla.
+    pub zero_sigma_ut: f32,
+}
+
 /// What came of the command of a second.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -286,6 +305,8 @@ pub struct CycleResult {
     pub local: Local,
     /// The sensor's next change of state.
     pub next_state: NextState,
+    /// What the magnetometer reads.
+    pub magnetic_field: MagneticField,
     /// What came of the command.
     pub command: CommandResult,
     /// Reason code of a command that was refused, as reports tell it; else 0.

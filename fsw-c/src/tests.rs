@@ -17,8 +17,8 @@ use fsw_core::parameters::Parameters;
 use fsw_core::sensor;
 use fsw_core::telemetry;
 use fsw_hal::{
-    AngularRate, Clock as _, ClockError, Detector as _, DetectorError, Instant, LocalTime, OpenPaths,
-    RateSensor as _, RateSensorError, Shutter as _, ShutterError,
+    AngularRate, Clock as _, ClockError, Detector as _, DetectorError, Instant, LocalTime, Magnetometer as _,
+    OpenPaths, RateSensor as _, ReadingError, Shutter as _, ShutterError,
 };
 use std::boxed::Box;
 use std::vec::Vec;
@@ -48,6 +48,7 @@ fn seconds_flown_by_c_give_the_telemetry_of_rust() {
             clock,
             meter: &mut (),
             rate_sensor: &mut (),
+            magnetometer: &mut (),
             shutter: &mut (),
         };
         last = flight.cycle(&mut instruments, sensor::Command::Continue);
@@ -81,7 +82,7 @@ fn every_reply_is_an_error_of_its_instrument_and_any_other_number_a_failed_link(
     let mut world = World::new();
     let instruments = world.instruments();
     // SAFETY: the callbacks are whole and the world lasts.
-    let (mut detector, mut clock, mut gyro, _, mut shutter) = unsafe { instruments.lend() };
+    let (mut detector, mut clock, mut gyro, mut magnetometer, _, mut shutter) = unsafe { instruments.lend() };
     let answer = |reply: u32| {
         // SAFETY: the context is the world, which nobody else uses meanwhile.
         let world = unsafe { world::world(instruments.detector.context) };
@@ -89,54 +90,55 @@ fn every_reply_is_an_error_of_its_instrument_and_any_other_number_a_failed_link(
         world.open
     };
     let (window, mut pixel) = (fsw_hal::Window { x: 0, y: 0, width: 1, height: 1 }, [0]);
-    for (reply, of_detector, of_clock, of_gyro, of_shutter) in [
+    for (reply, of_detector, of_clock, of_reading, of_shutter) in [
         (
             Reply::Timeout as u32,
             DetectorError::Timeout,
             ClockError::Timeout,
-            RateSensorError::Timeout,
+            ReadingError::Timeout,
             ShutterError::Timeout,
         ),
-        (Reply::Bus as u32, DetectorError::Bus, ClockError::Bus, RateSensorError::Bus, ShutterError::Bus),
+        (Reply::Bus as u32, DetectorError::Bus, ClockError::Bus, ReadingError::Bus, ShutterError::Bus),
         (
             Reply::NotExposed as u32,
             DetectorError::NotExposed,
             ClockError::Bus,
-            RateSensorError::Bus,
+            ReadingError::Bus,
             ShutterError::Bus,
         ),
         (
             Reply::Exposure as u32,
             DetectorError::Exposure,
             ClockError::Bus,
-            RateSensorError::Bus,
+            ReadingError::Bus,
             ShutterError::Bus,
         ),
         (
             Reply::NotSynchronised as u32,
             DetectorError::Bus,
             ClockError::NotSynchronised,
-            RateSensorError::Bus,
+            ReadingError::Bus,
             ShutterError::Bus,
         ),
         (
             Reply::Saturated as u32,
             DetectorError::Bus,
             ClockError::Bus,
-            RateSensorError::Saturated,
+            ReadingError::Saturated,
             ShutterError::Bus,
         ),
-        (Reply::Stuck as u32, DetectorError::Bus, ClockError::Bus, RateSensorError::Bus, ShutterError::Stuck),
-        (u32::MAX, DetectorError::Bus, ClockError::Bus, RateSensorError::Bus, ShutterError::Bus),
+        (Reply::Stuck as u32, DetectorError::Bus, ClockError::Bus, ReadingError::Bus, ShutterError::Stuck),
+        (u32::MAX, DetectorError::Bus, ClockError::Bus, ReadingError::Bus, ShutterError::Bus),
     ] {
         answer(reply);
         assert_eq!(detector.read(window, &mut pixel), Err(of_detector));
         assert_eq!(clock.terrestrial_us(LocalTime::default()), Err(of_clock));
-        assert_eq!(gyro.angular_rate(), Err(of_gyro));
+        assert_eq!(gyro.angular_rate(), Err(of_reading));
+        assert_eq!(magnetometer.magnetic_field(), Err(of_reading));
         assert_eq!(shutter.open(OpenPaths::Star), Err(of_shutter));
     }
     answer(Reply::NoReading as u32);
-    assert_eq!(gyro.angular_rate(), Ok(None));
+    assert_eq!((gyro.angular_rate(), magnetometer.magnetic_field()), (Ok(None), Ok(None)));
     assert_eq!(answer(Reply::Ok as u32), Some([true, false]));
     assert_eq!(shutter.open(OpenPaths::Earth), Ok(()));
     assert_eq!(answer(Reply::Ok as u32), Some([false, true]));

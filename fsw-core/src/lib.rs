@@ -14,6 +14,7 @@ pub mod checksum;
 pub mod command;
 pub mod earth;
 pub mod image;
+pub mod magnetism;
 pub mod modes;
 #[cfg(test)]
 mod oracle;

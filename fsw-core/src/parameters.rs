@@ -11,6 +11,7 @@ use crate::earth::EarthParameters;
 use crate::earth::parameters as earth;
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::image::DetectionParameters;
+use crate::magnetism::MagnetometerErrors;
 use crate::modes::ModeParameters;
 use crate::orbit::body::{BodyLimb, CentralBody, EARTH};
 use crate::orbit::parameters::OrbitParameters;
@@ -24,7 +25,7 @@ use table::{Row, parameter_group};
 pub use fsw_ground::table;
 
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
-pub const VERSION: u8 = 22;
+pub const VERSION: u8 = 23;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
 pub const CHECKSUM: u32 = 0x53A0_6266;
 /// A buffer of this length holds any table.
@@ -33,13 +34,14 @@ pub const MAX_TABLE_BYTES: usize = 512;
 const ELLIPSOID_SHARE: f32 = 0.01;
 
 /// The rows of all parameters but the camera's, group by group, for the host.
-pub const GROUPS: [&[Row]; 17] = [
+pub const GROUPS: [&[Row]; 18] = [
     ImagingParameters::ROWS,
     MountParameters::ROWS,
     DetectionParameters::ROWS,
     IdentificationParameters::ROWS,
     TrackingParameters::ROWS,
     RateSensorNoise::ROWS,
+    MagnetometerErrors::ROWS,
     ShutterParameters::ROWS,
     earth::Ellipsoid::ROWS,
     earth::LimbParameters::ROWS,
@@ -112,6 +114,8 @@ pub struct Parameters {
     /// rate does. What it loses in a second must be less than a third of the gate, else no star would be
     /// found where it is predicted: a gyro of a car (0.2 deg/s) is no such sensor.
     pub rate_sensor: Option<RateSensorNoise>,
+    /// The magnetometer beside the camera; none (the default): none is asked.
+    pub magnetometer: Option<MagnetometerErrors>,
     /// The shutters of the paths; none (the default): both are always open.
     pub shutter: Option<ShutterParameters>,
     /// The Earth's figure, limb and centre.
@@ -146,6 +150,7 @@ impl Parameters {
             identification: IdentificationParameters::default(),
             tracking: TrackingParameters::default(),
             rate_sensor: None,
+            magnetometer: None,
             shutter: None,
             earth: EarthParameters::default(),
             orbit: OrbitParameters::default(),
@@ -226,6 +231,7 @@ impl Parameters {
             self.tracking.first_out_of_range(),
             self.rate_sensor.and_then(|noise| noise.first_out_of_range()),
             self.rate_sensor.and_then(|noise| self.loses_the_stars(&noise, &camera)),
+            self.magnetometer.and_then(|errors| errors.first_out_of_range()),
             self.shutter.and_then(|shutter| shutter.first_out_of_range()),
             self.earth.first_out_of_range(),
             self.orbit.first_out_of_range(),
@@ -256,7 +262,11 @@ impl Parameters {
         let off_km = self.earth.ellipsoid.equatorial_km - radius_km;
         let another =
             self.orbit.body != CentralBody::Earth && libm::fabsf(off_km) > ELLIPSOID_SHARE * radius_km;
-        another.then_some("earth.ellipsoid.equatorial_km").or(self.orbit.first_not_of_body())
+        let magnetic = self.orbit.body != CentralBody::Earth && self.magnetometer.is_some();
+        another
+            .then_some("earth.ellipsoid.equatorial_km")
+            .or(magnetic.then_some("magnetometer"))
+            .or(self.orbit.first_not_of_body())
     }
 
     /// The rate sensor's noise, where a second of it is more than a third of the gate.

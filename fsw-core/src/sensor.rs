@@ -35,6 +35,7 @@ mod earth;
 mod exposing;
 mod forecasting;
 mod freshness;
+mod magnetism;
 mod orbit;
 mod outage;
 mod propagation;
@@ -54,15 +55,19 @@ use crate::earth::ground::UsualGround;
 use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
 use crate::image::calibration::Calibration;
 use crate::image::fingerprint::Fingerprint;
+use crate::magnetism::Magnetism;
 use crate::modes::{Guard, Mode, Modes};
 use crate::orbit::filter::OrbitFilter;
 use crate::parameters::{ParameterError, Parameters};
 use crate::shutting::Shutting;
-use crate::telemetry::{Activity, DetectorFault, Event, Outcome, RateSensorFault, Report};
+use crate::telemetry::{Activity, DetectorFault, Event, Outcome, ReadingFault, Report};
 use core::mem::MaybeUninit;
 use exposing::Image;
 use fsw_hal::detector::ByKind;
-use fsw_hal::{Clock, Detector, DetectorError, Error, LocalTime, RateSensor, Shutter, Stage, StageMeter};
+use fsw_hal::{
+    Clock, Detector, DetectorError, Error, LocalTime, Magnetometer, RateSensor, Shutter, Stage, StageMeter,
+};
+use magnetism::Field;
 use propagation::Ephemeris;
 use record::{Events, Record, StarRecord};
 use scrubbing::{Scrubber, Seal, Spare};
@@ -71,7 +76,7 @@ use timekeeping::Timekeeper;
 pub use workspace::{MAX_BASE_SIDES, MAX_TRIANGLES, Workspace};
 
 /// The instruments, as the spacecraft lends them for a second.
-pub struct Instruments<'a, D, C, M, R, S> {
+pub struct Instruments<'a, D, C, M, R, B, S> {
     /// The active-pixel detector behind both paths.
     pub detector: &'a mut D,
     /// Local time and Terrestrial Time.
@@ -81,6 +86,9 @@ pub struct Instruments<'a, D, C, M, R, S> {
     /// The body's rate; `&mut ()` where there is none. Asked only where [`Parameters::rate_sensor`] says how
     /// good it is.
     pub rate_sensor: &'a mut R,
+    /// The magnetic field along the body's axes; `&mut ()` where there is none. Asked only where
+    /// [`Parameters::magnetometer`] says how good it is.
+    pub magnetometer: &'a mut B,
     /// The shutters of the paths; `&mut ()` where there are none. Asked only where [`Parameters::shutter`]
     /// says which there are.
     pub shutter: &'a mut S,
@@ -145,6 +153,7 @@ pub struct Sensor<'c> {
     forecasting: forecasting::Forecasting,
     /// Attitudes in a row that contradict the rate sensor.
     rate_sensor_doubts: u8,
+    magnetism: Magnetism,
     /// Terrestrial Time of the last fix that the orbit accepted.
     fixed_us: i64,
     converged: bool,
@@ -230,6 +239,7 @@ impl<'c> Sensor<'c> {
             shutting: Shutting::default(),
             forecasting: forecasting::Forecasting::default(),
             rate_sensor_doubts: 0,
+            magnetism: Magnetism::default(),
             fixed_us: 0,
             converged: false,
             usual_ground: UsualGround::default(),
@@ -256,15 +266,15 @@ impl<'c> Sensor<'c> {
 
     /// One second.
     #[inline(never)]
-    pub fn cycle<D: Detector, C: Clock, M: StageMeter, R: RateSensor, S: Shutter>(
+    pub fn cycle<D: Detector, C: Clock, M: StageMeter, R: RateSensor, B: Magnetometer, S: Shutter>(
         &mut self,
-        instruments: &mut Instruments<D, C, M, R, S>,
+        instruments: &mut Instruments<D, C, M, R, B, S>,
         command: Command,
     ) -> Report {
         let mut events = Events::default();
         self.scrub(&mut events);
         let outcome = self.obey(&command, &mut events);
-        let Instruments { detector, clock, meter, rate_sensor, shutter } = instruments;
+        let Instruments { detector, clock, meter, rate_sensor, magnetometer, shutter } = instruments;
         let detector = &mut ByKind(&mut **detector);
         let open = self.shutting.open();
         let moved = self.parameters.shutter.map_or(Ok(()), |_| shutter.open(open));
@@ -280,12 +290,21 @@ impl<'c> Sensor<'c> {
         meter.end(Stage::Orbit);
         let shut_out = self.rate_sensor_is_shut_out();
         if shut_out {
-            record.rate_sensor_fault = Some(RateSensorFault::ShutOut);
+            record.rate_sensor_fault = Some(ReadingFault::ShutOut);
         } else if self.needs_rate() {
             let reading = rate_sensor.angular_rate().map_err(|error| error.kind());
+            let reading = reading.map(|reading| reading.map(|rate| (rate.instant, rate.rad_s)));
             record.rate_sensor_fault = self.propagate_gyro(reading);
         }
-        self.observe(detector, *meter, image, ephemeris.as_ref(), &mut record);
+        let field = match self.needs_field() {
+            true => {
+                let reading = magnetometer.magnetic_field().map_err(|error| error.kind());
+                let reading = reading.map(|reading| reading.map(|field| (field.instant, field.ut)));
+                self.read_field(reading, ephemeris.as_ref(), &mut record)
+            }
+            false => None,
+        };
+        self.observe(detector, *meter, (image, field.as_ref()), ephemeris.as_ref(), &mut record);
         self.shut_against_sun(image, ephemeris.as_ref(), &record.stars);
         if self.rate_sensor_is_shut_out() && !shut_out {
             record.events.note(Event::RateSensorShutOut);
@@ -333,12 +352,16 @@ impl<'c> Sensor<'c> {
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
-        image: Image,
+        (image, field): (Image, Option<&Field>),
         ephemeris: Option<&Ephemeris>,
         record: &mut Record,
     ) {
         let mode = record.mode;
         record.image_fault = image.fault();
+        let without_stars = image != Image::Taken || !self.shutting.open().star();
+        if let Some(field) = field.filter(|_| without_stars) {
+            self.hold_by_field(field, record);
+        }
         let observed = self.observe_stars(detector, meter, (mode, image), ephemeris, &mut record.stars);
         record.detector_fault = observed.err();
         if mode != Mode::SunOutage
@@ -348,6 +371,9 @@ impl<'c> Sensor<'c> {
             record.events.note(Event::SunInPath);
         }
         self.propagate_in_outage(mode);
+        if let Some((attitude, field)) = record.stars.own_attitude().zip(field) {
+            self.learn_zero(field, &attitude, record);
+        }
         if let Some((attitude, ephemeris)) = record.stars.own_attitude().zip(ephemeris) {
             match self.measure_earth(detector, meter, ephemeris, &attitude, &mut record.events) {
                 Ok((looked, fix)) => {
@@ -357,7 +383,7 @@ impl<'c> Sensor<'c> {
                 Err(error) => record.detector_fault = Some(error.into()),
             }
         } else if let (Some(Outcome::StarPathShut), Some(ephemeris)) = (record.stars.outcome, ephemeris) {
-            let observed = self.observe_earth_alone(detector, meter, ephemeris, record);
+            let observed = self.observe_earth_alone(detector, meter, ephemeris, field, record);
             record.detector_fault = observed.err().map(DetectorFault::from);
         }
     }

@@ -16,12 +16,12 @@ use crate::orbit::OrbitState;
 use crate::outages::SensorState;
 use crate::packet::{self, PacketError};
 use crate::stars::identify::NotIdentified;
-pub use faults::{ClockFault, DetectorFault, Faults, FixFault, ImageFault, RateSensorFault, ShutterFault};
+pub use faults::{ClockFault, DetectorFault, Faults, FixFault, ImageFault, ReadingFault, ShutterFault};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 12;
+pub const VERSION: u8 = 13;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -81,7 +81,8 @@ pub enum Outcome {
     Lost,
     /// The detector is blinded.
     Blinded,
-    /// The star path is shut: an attitude is carried on, or where its age is 0 it is by Earth and terminator.
+    /// The star path is shut: an attitude is carried on, or where its age is 0 it is by the Earth, and by the
+    /// terminator or the magnetic field.
     StarPathShut,
 }
 
@@ -118,7 +119,8 @@ pub struct AttitudeReport {
     /// Common logarithm of the probability that the names are wrong, from this image alone; 0 where there is
     /// none: predicted, or too few stars for an attitude of their own, each taken where it was expected.
     pub log10_false: f32,
-    /// Seconds since the image from which it was found was taken.
+    /// Seconds since the image from which it was found was taken. Above 0 it is carried on: without a rate
+    /// sensor its sigmas hold how well the rate was known then, and no manoeuvre since.
     pub age_s: u16,
 }
 
@@ -274,6 +276,19 @@ pub struct NextState {
     pub lasts_s: Option<u32>,
 }
 
+/// What a magnetometer reads, and how far it is to be believed; along the axes of the Earth path.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MagnetometerReport {
+    /// Its reading less its zero, uT: the Earth's field.
+    pub field_ut: [f32; 3],
+    /// Its zero as stars and orbit have shown it, uT: the spacecraft's own field.
+    pub zero_ut: [f32; 3],
+    /// Standard deviation of the zero, an axis, uT.
+    pub zero_sigma_ut: f32,
+    /// Whether the attitude of this second rests on it.
+    pub used: bool,
+}
+
 /// Something that happened in a second and is worth a line in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Event {
@@ -309,6 +324,8 @@ pub enum Event {
     CalibrationDamaged,
     /// Attitudes contradicted the rate sensor time after time: it is not asked until the restart.
     RateSensorShutOut,
+    /// Stars and orbit contradicted the magnetometer time after time: it is not asked until the restart.
+    MagnetometerShutOut,
 }
 
 /// One second of the sensor; by default one of which nothing is known.
@@ -370,6 +387,8 @@ pub struct Report {
     /// The sensor's next change of state, where one is foreseen within a revolution: attitude and orbit are
     /// known, and the attitude is held, in space or against the local vertical.
     pub next_state: Option<NextState>,
+    /// What the magnetometer reads, where there is one and the orbit is known.
+    pub magnetometer: Option<MagnetometerReport>,
 }
 
 impl Report {

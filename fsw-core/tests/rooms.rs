@@ -11,7 +11,7 @@ use std::path::Path;
 const GROUND_FLOOR: [&str; 8] =
     ["checksum", "word_sum", "matrix", "trigonometry", "frames", "order", "packet", "table"];
 /// The rooms above it; each may use those before it.
-const ROOMS: [&str; 16] = [
+const ROOMS: [&str; 17] = [
     "image",
     "camera",
     "catalog",
@@ -22,6 +22,7 @@ const ROOMS: [&str; 16] = [
     "orbit",
     "modes",
     "shutting",
+    "magnetism",
     "parameters",
     "plan",
     "outages",
@@ -30,7 +31,7 @@ const ROOMS: [&str; 16] = [
     "sensor",
 ];
 /// Those that use the ground floor alone.
-const ALONE: [&str; 6] = ["image", "camera", "catalog", "attitude", "orbit", "modes"];
+const ALONE: [&str; 7] = ["image", "camera", "catalog", "attitude", "orbit", "modes", "magnetism"];
 
 /// Crates of their own: the folder beside `src`, the name, and the path of its root as `fsw-core` gives it on.
 const CRATES: [(&str, &str, &[&str]); 2] =

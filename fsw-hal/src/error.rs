@@ -30,6 +30,20 @@ impl<K: ErrorKind> Error<K> for Infallible {
     }
 }
 
+/// Why an instrument that is read once a second, a rate sensor or a magnetometer, did not deliver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ReadingError {
+    /// What it measures is beyond its range along an axis.
+    Saturated,
+    /// It did not answer in time.
+    Timeout,
+    /// The link to it reported an error.
+    Bus,
+}
+
+impl ErrorKind for ReadingError {}
+
 /// The error type of an instrument driver.
 pub trait ErrorType {
     /// Error type; each instrument's trait says of which kinds it is.
@@ -42,4 +56,9 @@ impl<T: ErrorType + ?Sized> ErrorType for &mut T {
 
 impl ErrorType for () {
     type Error = Infallible;
+}
+
+/// An instrument that may be missing.
+impl<T: ErrorType> ErrorType for Option<T> {
+    type Error = T::Error;
 }

@@ -10,7 +10,7 @@
 //! | [`meter`] | marks between which a cycle's stages are measured | every second |
 //! | [`rate_sensor`] | angular rate of the body | every second, where there is one |
 //! | [`shutter`] | shutters of the two paths | every second, where there is one |
-//! | [`magnetometer`] | magnetic field in body axes | not yet |
+//! | [`magnetometer`] | magnetic field in body axes | every second, where there is one |
 //! | [`store`] | record that outlives a restart | who calls the second; not by the flight code |
 //! | [`area`] | files that serve from the next start on | the command link, where there is one |
 //! | [`error`] | what the errors of all of them have in common | - |
@@ -49,9 +49,9 @@ pub mod store;
 pub use area::{Area, AreaStore, ErrorKind as AreaError};
 pub use clock::{Clock, ErrorKind as ClockError, Instant, LocalTime};
 pub use detector::{Detector, DetectorGeometry, ErrorKind as DetectorError, Window};
-pub use error::{Error, ErrorType};
-pub use magnetometer::{ErrorKind as MagnetometerError, MagneticField, Magnetometer};
+pub use error::{Error, ErrorType, ReadingError};
+pub use magnetometer::{MagneticField, Magnetometer};
 pub use meter::{Stage, StageMeter};
-pub use rate_sensor::{AngularRate, ErrorKind as RateSensorError, RateSensor};
+pub use rate_sensor::{AngularRate, RateSensor};
 pub use shutter::{ErrorKind as ShutterError, OpenPaths, Shutter};
 pub use store::{ErrorKind as StoreError, StateStore};

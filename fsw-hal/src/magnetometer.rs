@@ -3,7 +3,7 @@
 //! Asked once a second. Body axes are those of the Earth path, as in [`crate::rate_sensor`].
 
 use crate::clock::LocalTime;
-use crate::error::{self, Error, ErrorType};
+use crate::error::{Error, ErrorType, ReadingError};
 
 /// A reading of the magnetic flux density.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,27 +15,13 @@ pub struct MagneticField {
     pub ut: [f32; 3],
 }
 
-/// Why a magnetometer did not deliver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ErrorKind {
-    /// The field along an axis is beyond the sensor's range.
-    Saturated,
-    /// The sensor did not answer in time.
-    Timeout,
-    /// The link to the sensor reported an error.
-    Bus,
-}
-
-impl error::ErrorKind for ErrorKind {}
-
 /// A sensor of the magnetic field.
-pub trait Magnetometer: ErrorType<Error: Error<ErrorKind>> {
+pub trait Magnetometer: ErrorType<Error: Error<ReadingError>> {
     /// The newest reading; `None` where there is none since the last one was taken.
     ///
     /// # Errors
-    /// [`ErrorKind::Saturated`] beyond the sensor's range, [`ErrorKind::Timeout`] or
-    /// [`ErrorKind::Bus`] when the hardware fails.
+    /// [`ReadingError::Saturated`] beyond the sensor's range, [`ReadingError::Timeout`] or
+    /// [`ReadingError::Bus`] when the hardware fails.
     fn magnetic_field(&mut self) -> Result<Option<MagneticField>, Self::Error>;
 }
 
@@ -49,5 +35,12 @@ impl<S: Magnetometer + ?Sized> Magnetometer for &mut S {
 impl Magnetometer for () {
     fn magnetic_field(&mut self) -> Result<Option<MagneticField>, Self::Error> {
         Ok(None)
+    }
+}
+
+/// Where it is `None` there is never a reading.
+impl<S: Magnetometer> Magnetometer for Option<S> {
+    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, Self::Error> {
+        self.as_mut().map_or(Ok(None), S::magnetic_field)
     }
 }

@@ -4,7 +4,7 @@
 //! line of sight.
 
 use crate::clock::LocalTime;
-use crate::error::{self, Error, ErrorType};
+use crate::error::{Error, ErrorType, ReadingError};
 
 /// A reading of the rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,27 +16,13 @@ pub struct AngularRate {
     pub rad_s: [f32; 3],
 }
 
-/// Why a rate sensor did not deliver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum ErrorKind {
-    /// The rate about an axis is beyond the sensor's range.
-    Saturated,
-    /// The sensor did not answer in time.
-    Timeout,
-    /// The link to the sensor reported an error.
-    Bus,
-}
-
-impl error::ErrorKind for ErrorKind {}
-
 /// A sensor of the body's angular rate.
-pub trait RateSensor: ErrorType<Error: Error<ErrorKind>> {
+pub trait RateSensor: ErrorType<Error: Error<ReadingError>> {
     /// The newest reading; `None` where there is none since the last one was taken.
     ///
     /// # Errors
-    /// [`ErrorKind::Saturated`] beyond the sensor's range, [`ErrorKind::Timeout`] or
-    /// [`ErrorKind::Bus`] when the hardware fails.
+    /// [`ReadingError::Saturated`] beyond the sensor's range, [`ReadingError::Timeout`] or
+    /// [`ReadingError::Bus`] when the hardware fails.
     fn angular_rate(&mut self) -> Result<Option<AngularRate>, Self::Error>;
 }
 
@@ -50,5 +36,12 @@ impl<S: RateSensor + ?Sized> RateSensor for &mut S {
 impl RateSensor for () {
     fn angular_rate(&mut self) -> Result<Option<AngularRate>, Self::Error> {
         Ok(None)
+    }
+}
+
+/// Where it is `None` there is never a reading.
+impl<S: RateSensor> RateSensor for Option<S> {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, Self::Error> {
+        self.as_mut().map_or(Ok(None), S::angular_rate)
     }
 }

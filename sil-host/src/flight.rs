@@ -38,8 +38,8 @@ pub fn second<D: Detector, C: Clock>(
     clock: &mut C,
     command: Command,
 ) -> Report {
-    let (meter, rate_sensor, shutter) = (&mut (), &mut (), &mut ());
-    sensor.cycle(&mut Instruments { detector, clock, meter, rate_sensor, shutter }, command)
+    let (meter, rate_sensor, magnetometer, shutter) = (&mut (), &mut (), &mut (), &mut ());
+    sensor.cycle(&mut Instruments { detector, clock, meter, rate_sensor, magnetometer, shutter }, command)
 }
 
 /// The flight code's description of a camera.

@@ -26,7 +26,7 @@ use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{
     AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, MagneticField, Magnetometer,
-    OpenPaths, RateSensor, RateSensorError, Shutter, Window,
+    OpenPaths, RateSensor, ReadingError, Shutter, Window,
 };
 use shutters::{Shuttered, Shutters};
 use std::cell::Cell;
@@ -112,17 +112,17 @@ pub trait FlightCode {
     ///
     /// # Errors
     /// Where it cannot be reached.
-    fn second<D: Detector<Error = DetectorError>, R: RateSensor, S: Shutter>(
+    fn second<D: Detector<Error = DetectorError>, R: RateSensor, B: Magnetometer, S: Shutter>(
         &mut self,
-        instruments: &mut Instruments<'_, D, Instant, (), R, S>,
+        instruments: &mut Instruments<'_, D, Instant, (), R, B, S>,
         command: Command<'_>,
     ) -> Result<Report, HostError>;
 }
 
 impl FlightCode for Sensor<'_> {
-    fn second<D: Detector<Error = DetectorError>, R: RateSensor, S: Shutter>(
+    fn second<D: Detector<Error = DetectorError>, R: RateSensor, B: Magnetometer, S: Shutter>(
         &mut self,
-        instruments: &mut Instruments<'_, D, Instant, (), R, S>,
+        instruments: &mut Instruments<'_, D, Instant, (), R, B, S>,
         command: Command<'_>,
     ) -> Result<Report, HostError> {
         Ok(self.cycle(instruments, command))
@@ -130,9 +130,9 @@ impl FlightCode for Sensor<'_> {
 }
 
 impl<F: FlightCode> FlightCode for &mut F {
-    fn second<D: Detector<Error = DetectorError>, R: RateSensor, S: Shutter>(
+    fn second<D: Detector<Error = DetectorError>, R: RateSensor, B: Magnetometer, S: Shutter>(
         &mut self,
-        instruments: &mut Instruments<'_, D, Instant, (), R, S>,
+        instruments: &mut Instruments<'_, D, Instant, (), R, B, S>,
         command: Command<'_>,
     ) -> Result<Report, HostError> {
         F::second(self, instruments, command)
@@ -259,28 +259,18 @@ impl<'a, F: FlightCode> Flight<'a, F> {
             None => faults::command(&self.faults, scenario.seed, cycle),
         };
         let mut gyro = gyro_of(scenario, (cycle, local), &truth, &self.faults);
-        let report = match &mut gyro {
-            Some(rate_sensor) => self.flight_code.second(
-                &mut Instruments {
-                    detector: &mut detector,
-                    clock: &mut clock,
-                    meter: &mut (),
-                    rate_sensor,
-                    shutter,
-                },
-                command,
-            ),
-            None => self.flight_code.second(
-                &mut Instruments {
-                    detector: &mut detector,
-                    clock: &mut clock,
-                    meter: &mut (),
-                    rate_sensor: &mut (),
-                    shutter,
-                },
-                command,
-            ),
-        }?;
+        let mut magnetometer = magnetometer_of(scenario, (cycle, local), &truth);
+        let report = self.flight_code.second(
+            &mut Instruments {
+                detector: &mut detector,
+                clock: &mut clock,
+                meter: &mut (),
+                rate_sensor: &mut gyro,
+                magnetometer: &mut magnetometer,
+                shutter,
+            },
+            command,
+        )?;
         let image = image_cycle(&report);
         let seen = self.scene.seen_at(image.into()).ok_or_else(|| no_truth(image))?;
         let truth = if image == cycle { seen } else { truth };
@@ -291,7 +281,7 @@ impl<'a, F: FlightCode> Flight<'a, F> {
             truth: &truth,
             judged: &judged,
             rate: gyro.and_then(|mut gyro| gyro.angular_rate().ok().flatten()),
-            field: field_of(scenario, (cycle, local), &truth),
+            field: magnetometer.and_then(|mut read| read.magnetic_field().ok().flatten()),
             scene: self.scene,
             faults: &self.faults,
             windows: &self.windows,
@@ -310,11 +300,11 @@ struct DrivenGyro<'t> {
 }
 
 impl fsw_hal::ErrorType for DrivenGyro<'_> {
-    type Error = RateSensorError;
+    type Error = ReadingError;
 }
 
 impl RateSensor for DrivenGyro<'_> {
-    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, ReadingError> {
         let reading = self.gyro.angular_rate()?;
         let driven = |AngularRate { instant, rad_s }| AngularRate {
             instant,
@@ -336,13 +326,14 @@ fn gyro_of<'t>(
     Some(DrivenGyro { gyro, believed: &scenario.believed, faults, cycle })
 }
 
-/// What the magnetometer reads in a second.
-fn field_of(scenario: &Scenario, (cycle, instant): (u32, LocalTime), truth: &Truth) -> Option<MagneticField> {
+/// The magnetometer in a second, where there is one.
+fn magnetometer_of<'t>(
+    scenario: &'t Scenario,
+    (cycle, instant): (u32, LocalTime),
+    truth: &'t Truth,
+) -> Option<BodyMagnetometer<'t>> {
     let model = scenario.magnetometer.as_ref()?;
-    BodyMagnetometer { model, seed: scenario.seed, cycle: cycle.into(), instant, truth }
-        .magnetic_field()
-        .ok()
-        .flatten()
+    Some(BodyMagnetometer { model, seed: scenario.seed, cycle: cycle.into(), instant, truth })
 }
 
 /// Makes the scenario's flight in the world and hands it to `fly`, which lets its seconds go by.

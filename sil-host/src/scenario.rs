@@ -375,6 +375,7 @@ impl Scenario {
             identification,
             orbit,
             rate_sensor,
+            magnetometer: self.magnetometer.as_ref().map(MagnetometerModel::flight_errors),
             shutter: self.shutters.map(|paths| ShutterParameters { paths, ..ShutterParameters::default() }),
             imaging: ImagingParameters {
                 exposure_us: self.exposure_us,

@@ -135,6 +135,13 @@ impl From<&telemetry::NextState> for NextState {
     }
 }
 
+impl From<&telemetry::MagnetometerReport> for MagneticField {
+    fn from(report: &telemetry::MagnetometerReport) -> Self {
+        let telemetry::MagnetometerReport { field_ut, zero_ut, zero_sigma_ut, used } = *report;
+        Self { known: true, used, field_ut, zero_ut, zero_sigma_ut }
+    }
+}
+
 /// The rate by the attitudes so far, else by streaks and nameless stars.
 fn rate(report: &Report) -> Rate {
     match (report.rate_rad_s, &report.rate) {
@@ -158,6 +165,7 @@ fn faults(faults: &telemetry::Faults) -> u32 {
         | bit(faults.rate_sensor.is_some(), FAULT_RATE_SENSOR)
         | bit(faults.fix.is_some(), FAULT_FIX)
         | bit(faults.shutter.is_some(), FAULT_SHUTTER)
+        | bit(faults.magnetometer.is_some(), FAULT_MAGNETOMETER)
 }
 
 impl From<&Report> for CycleResult {
@@ -186,6 +194,7 @@ impl From<&Report> for CycleResult {
             orbit: report.orbit.as_ref().map(Orbit::from).unwrap_or_default(),
             local: report.local.as_ref().map(Local::from).unwrap_or_default(),
             next_state: report.next_state.as_ref().map(NextState::from).unwrap_or_default(),
+            magnetic_field: report.magnetometer.as_ref().map(MagneticField::from).unwrap_or_default(),
             command: match report.command {
                 None => CommandResult::None,
                 Some(CommandOutcome::Done) => CommandResult::Done,

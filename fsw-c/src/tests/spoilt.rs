@@ -2,7 +2,7 @@
 
 use super::world::{Memory, Outputs, World, encoded, fly, init, parameters, tables};
 use crate::doors::Bytes;
-use crate::instruments::{Meter, RateSensor};
+use crate::instruments::{Magnetometer, Meter, RateSensor};
 use crate::status::Status;
 use crate::*;
 use core::ptr::null_mut;
@@ -55,7 +55,7 @@ proptest! {
         [sensor_is, instruments_is, telemetry_is, length_is, result_is] in prop::array::uniform5(0u8..8),
         bytes in prop_oneof![Just(TELEMETRY_BYTES), 0..TELEMETRY_BYTES, Just(usize::MAX)],
         command in prop_oneof![0u32..4, any::<u32>()],
-        missing in 0usize..10,
+        missing in 0usize..11,
         bits in prop_oneof![Just(10u8), any::<u8>()],
     ) {
         let (memory, mut world, mut outputs) = (Memory::new(), World::new(), Outputs::new());
@@ -72,6 +72,7 @@ proptest! {
             6 => instruments.detector.geometry.height_px = 0,
             7 => instruments.meter = Meter { context: null_mut(), begin: None, end: None },
             8 => instruments.rate_sensor = RateSensor { context: null_mut(), angular_rate: None },
+            9 => instruments.magnetometer = Magnetometer { context: null_mut(), magnetic_field: None },
             _ => {}
         }
         // One byte off is no fault of bytes.

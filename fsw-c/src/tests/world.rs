@@ -2,7 +2,7 @@
 
 use crate::doors::Bytes;
 use crate::instruments::{AngularRateReading, Clock, Detector, Geometry, Instruments};
-use crate::instruments::{Meter, RateSensor, Reply, Shutter, Window};
+use crate::instruments::{MagneticFieldReading, Magnetometer, Meter, RateSensor, Reply, Shutter, Window};
 use crate::memory::SensorMemory;
 use crate::results::CycleResult;
 use crate::status::Status;
@@ -78,6 +78,7 @@ impl World {
             rate_sensor: RateSensor { context, angular_rate: Some(angular_rate) },
             meter: Meter { context, begin: Some(begin), end: Some(end) },
             shutter: Shutter { context, open: Some(open) },
+            magnetometer: Magnetometer { context, magnetic_field: Some(magnetic_field) },
         }
     }
 }
@@ -138,6 +139,15 @@ unsafe extern "C" fn angular_rate(context: *mut c_void, reading: *mut AngularRat
     unsafe {
         let world = world(context);
         reading.write(AngularRateReading { local_us: world.local_us(), rad_s: [1.0, 2.0, 3.0] });
+        world.rate
+    }
+}
+
+unsafe extern "C" fn magnetic_field(context: *mut c_void, reading: *mut MagneticFieldReading) -> u32 {
+    // SAFETY: as in `local_time`.
+    unsafe {
+        let world = world(context);
+        reading.write(MagneticFieldReading { local_us: world.local_us(), ut: [10.0, -20.0, 30.0] });
         world.rate
     }
 }

@@ -1,41 +1,24 @@
 //! The bodies' fields of gravity but for the point mass and J2, which [`super::dynamics`] computes in f64.
 //!
 //! In: the body, position in axes that turn with it, km; degree and order. Out: acceleration along the same
-//! axes, km/s². Pines' formulation (*AIAA Journal* 11, 1973, 1508-1511), which has no singular point: with
-//! `s, t, u` the direction's components, `A(n, m)` the derivatives of the Legendre polynomials of `u`, and
-//! `c(m) + i s(m) = (s + i t)^m`, the potential is `mu/r Σ (R/r)^n A(n, m) (C c(m) + S s(m))`. One column
-//! of `A` (one order) is made from the next lower degrees and used with the column of the next order, so
-//! that two columns are all that is held.
-//!
-//! In f32, rounding 1e-6 of the sum: 3e-7 m/s² x 1e-6 in a low orbit, less than a millimetre a day. Cost on
-//! the target: degrees 3 to 8 with the Sun's light add 1,700 cycles to a call at degree 2.
+//! axes, km/s². In f32, rounding 1e-6 of the sum: 3e-7 m/s² x 1e-6 in a low orbit, less than a millimetre a
+//! day. Cost on the target: degrees 3 to 8 with the Sun's light add 1,700 cycles to a call at degree 2.
 
 use super::body::CentralBody;
+use super::harmonics::Harmonics;
+pub use super::harmonics::MAX_DEGREE;
 use nalgebra::Vector3;
 
-/// Highest degree and order in the table.
-pub const MAX_DEGREE: u8 = 8;
-/// The same as an index.
-const MOST: usize = MAX_DEGREE as usize;
-/// C and S order by order, of each the degrees from 2 or the order to [`MAX_DEGREE`], not normalised: the
-/// published ones times `sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!)`. The first, C of degree 2 and
-/// order 0, is not here: [`super::body::BodyFacts::j2`].
+/// C and S, the published ones times `sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!)`. The first, C of
+/// degree 2 and order 0, is not here: [`super::body::BodyFacts::j2`].
 type Coefficients = [[f32; 2]; 42];
-/// Of each order, degrees up to one more than the field's.
-type Column = [f32; MOST + 2];
 
 /// A body's field.
-struct Field {
-    /// Radius of the model, km.
-    radius_km: f32,
-    coefficients: &'static Coefficients,
-}
-
-const fn field(body: CentralBody) -> Field {
+const fn field(body: CentralBody) -> Harmonics {
     match body {
-        CentralBody::Earth => Field { radius_km: 6_378.136, coefficients: &EARTH },
-        CentralBody::Moon => Field { radius_km: 1_738.0, coefficients: &MOON },
-        CentralBody::Mars => Field { radius_km: 3_394.2, coefficients: &MARS },
+        CentralBody::Earth => Harmonics { radius_km: 6_378.136, first: 2, coefficients: &EARTH },
+        CentralBody::Moon => Harmonics { radius_km: 1_738.0, first: 2, coefficients: &MOON },
+        CentralBody::Mars => Harmonics { radius_km: 3_394.2, first: 2, coefficients: &MARS },
     }
 }
 
@@ -207,61 +190,7 @@ static MARS: Coefficients = [
     [-3.901_650_6e-13, -3.363_740_2e-13],
 ];
 
-/// Derivatives of order `order` of the Legendre polynomials at `sine`; the first, `sectorial`, is
-/// `(2 m - 1)!!`.
-fn column(order: usize, sectorial: f32, sine: f32) -> Column {
-    let mut column = [0.0; MOST + 2];
-    let (mut last, mut before) = (sectorial, 0.0);
-    for (degree, place) in column.iter_mut().enumerate().skip(order) {
-        if degree > order {
-            let (n, m) = (degree as f32, order as f32);
-            (last, before) = (((2.0 * n - 1.0) * sine * last - (n + m - 1.0) * before) / (n - m), last);
-        }
-        *place = last;
-    }
-    column
-}
-
-fn at(column: &Column, degree: usize) -> f32 {
-    column.get(degree).copied().unwrap_or(0.0)
-}
-
 /// Acceleration at `r` by the terms up to `degree` and `order`, without point mass and J2.
-#[inline(never)]
 pub(super) fn acceleration(body: CentralBody, r: &Vector3<f32>, degree: u8, order: u8) -> Vector3<f32> {
-    let Field { radius_km, coefficients } = field(body);
-    let inverse = 1.0 / libm::sqrtf(r.dot(r));
-    let [s, t, u] = [r.x * inverse, r.y * inverse, r.z * inverse];
-    let mut powers = [0.0; MOST + 2];
-    let mut power = body.facts().mu_km3_s2 as f32 * inverse * inverse;
-    for place in &mut powers {
-        *place = power;
-        power *= radius_km * inverse;
-    }
-    let mut coefficients = coefficients.iter();
-    let (mut this, mut sectorial) = (column(0, 1.0, u), 1.0);
-    // Cosine and sine of the order's multiple of the longitude, times a power of the latitude's cosine; and
-    // those of the order before.
-    let ([mut cosine, mut sine], [mut cosine_before, mut sine_before]) = ([1.0, 0.0], [0.0, 0.0]);
-    let (mut sum, mut radial) = (Vector3::zeros(), 0.0);
-    for m in 0..=MOST {
-        sectorial *= (2 * m + 1) as f32;
-        let next = column(m + 1, sectorial, u);
-        for (n, [c, s]) in (m.max(2)..=MOST).zip(&mut coefficients) {
-            if n > usize::from(degree) || m > usize::from(order) {
-                continue;
-            }
-            let power = at(&powers, n);
-            let here = c * cosine + s * sine;
-            let across = power * m as f32 * at(&this, n);
-            sum.x += across * (c * cosine_before + s * sine_before);
-            sum.y += across * (s * cosine_before - c * sine_before);
-            sum.z += power * at(&next, n) * here;
-            radial -= power * at(&next, n + 1) * here;
-        }
-        [cosine_before, sine_before] = [cosine, sine];
-        [cosine, sine] = [s * cosine - t * sine, s * sine + t * cosine];
-        this = next;
-    }
-    sum + Vector3::new(s, t, u) * radial
+    field(body).gradient(body.facts().mu_km3_s2 as f32, r, degree, order)
 }

@@ -13,6 +13,8 @@
 //! | [`dynamics`] | how position and velocity move, and how their errors do (eq. 5.23) |
 //! | `perturbations` | the small forces: field beyond J2, drag, light |
 //! | [`gravity`] | the bodies' fields beyond J2 |
+//! | [`geomagnetism`] | the Earth's magnetic field |
+//! | `harmonics` | fields that are gradients of spherical harmonics |
 //! | `atmosphere` | density of the upper air |
 //! | [`elements`] | equinoctial elements and back |
 //! | [`beginning`] | the first orbit, by least squares over the first fixes |
@@ -45,7 +47,9 @@ pub mod ephemeris;
 pub mod factor;
 pub mod filter;
 pub mod forces;
+pub mod geomagnetism;
 pub mod gravity;
+mod harmonics;
 pub mod horizon;
 pub mod keplerian;
 pub mod look;

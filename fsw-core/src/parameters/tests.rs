@@ -141,11 +141,20 @@ fn shutter(parameters: &mut Parameters) -> &mut ShutterParameters {
     parameters.shutter.get_or_insert_default()
 }
 
+/// A magnetometer, where there was none.
+fn magnetometer(parameters: &mut Parameters) -> &mut MagnetometerErrors {
+    parameters.magnetometer.get_or_insert_default()
+}
+
 /// Of instruments that need not be on board.
 const OPTIONAL_PLACES: &[Place] = &[
     // The gate's third, which is less than the range's end, has a test of its own.
     ("rate_sensor.walk_rad_s", |p, value| gyro(p).walk_rad_s = value),
     ("rate_sensor.bias_rad_s", |p, value| gyro(p).bias_rad_s = value),
+    ("magnetometer.noise_ut", |p, value| magnetometer(p).noise_ut = value),
+    ("magnetometer.zero_ut", |p, value| magnetometer(p).zero_ut = value),
+    ("magnetometer.walk_ut", |p, value| magnetometer(p).walk_ut = value),
+    ("magnetometer.field_ut", |p, value| magnetometer(p).field_ut = value),
     ("shutter.margin_rad", |p, value| shutter(p).margin_rad = value),
     ("shutter.look_s", |p, value| shutter(p).look_s = value as u16),
 ];
@@ -168,6 +177,7 @@ fn bounds() -> Vec<(&'static str, f32, f32, bool)> {
         IdentificationParameters::BOUNDS,
         TrackingParameters::BOUNDS,
         RateSensorNoise::BOUNDS,
+        MagnetometerErrors::BOUNDS,
         ShutterParameters::BOUNDS,
         earth::Ellipsoid::BOUNDS,
         earth::LimbParameters::BOUNDS,

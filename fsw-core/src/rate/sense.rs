@@ -22,9 +22,9 @@ use nalgebra::{Matrix3, Vector3};
 /// streak disagrees: five more than fix a rate. A random line agrees with the rate of two others in half a
 /// percent of the cases, four of eight in two percent: with more that disagree one streak more is required.
 const FEWEST_EQUATIONS: usize = 8;
-const FEWEST_OF_MANY: usize = 10;
-/// Equations required where the rate of the last image agrees: part of a third streak. Two shreds of cloud
-/// agreed with those of the image before in two of 80 flights.
+const MORE_OF_MANY: usize = 2;
+/// The same where the rate of the last image agrees: part of a third streak, one more of many. Two shreds of
+/// cloud agreed with those of the image before in two of 80 flights, three of five in one of 60.
 const FEWEST_REPEATED: usize = 5;
 /// Variance of the difference of two rates, a share of their square, up to which their agreement within 4
 /// sigma is evidence: of two random rates five in a hundred agree so.
@@ -147,10 +147,10 @@ impl RateHistory {
         // itself.
         let known = before.sense >= SENSE_KNOWN;
         let (agreeing, equations) = (whole + cut, 2 * whole + cut);
-        let fewest = if agreeing + 1 >= arcs.len() { FEWEST_EQUATIONS } else { FEWEST_OF_MANY };
-        let alone = equations >= fewest && !(known && compared.consistent == Some(false));
+        let more = if agreeing + 1 >= arcs.len() { 0 } else { MORE_OF_MANY };
+        let alone = equations >= FEWEST_EQUATIONS + more && !(known && compared.consistent == Some(false));
         let known = known && compared.is_consistent();
-        let repeated = known || compared.repeats && equations >= FEWEST_REPEATED;
+        let repeated = known || compared.repeats && equations >= FEWEST_REPEATED + more;
         // More arcs must agree than do not: of many lines some agree by chance, those of an Earth that hardly
         // moves from image to image with the same rate.
         let agreed = 2 * agreeing > arcs.len() && (alone || repeated);

@@ -12,6 +12,7 @@ use crate::stars::confirm::Confirmed;
 use crate::stars::focal_ratio::FocalRatio;
 use crate::telemetry::{AttitudeReport, FilteredAttitude};
 use fsw_hal::LocalTime;
+use nalgebra::Vector3;
 
 /// Speed of a low orbit: what is not known of a velocity of which nothing is known, km/s.
 const ORBITAL_KM_S: f32 = 7.9;
@@ -160,4 +161,11 @@ impl Sensor<'_> {
         // Of three axes two lie across the line of sight: the mean of their variances.
         (u * u + v * v + w * w) * (1.0 / 3.0)
     }
+}
+
+/// Standard deviation across a direction, rad, of an attitude with these about the axes.
+pub(super) fn sigma_across(sigma_rad: [f32; 3], direction: &Vector3<f32>) -> f32 {
+    let variance = Vector3::from(sigma_rad).map(|sigma| sigma * sigma);
+    let across = direction.map(|axis| 1.0 - axis * axis);
+    libm::sqrtf(0.5 * variance.dot(&across))
 }

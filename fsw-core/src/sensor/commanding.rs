@@ -11,6 +11,7 @@ use crate::camera::focal_length::FocalLength;
 use crate::command::{Command, CommandOutcome, GroundOrbit, Refusal};
 use crate::earth::ground::UsualGround;
 use crate::frames::{EarthPath, Rotation, StarPath};
+use crate::magnetism::Magnetism;
 use crate::modes::{Guard, Mode};
 use crate::parameters::Parameters;
 use crate::telemetry::Event;
@@ -81,9 +82,10 @@ impl Sensor<'_> {
         self.spare.take_camera(camera);
     }
 
-    /// Forgets what was learned of lens and rate sensor.
+    /// Forgets what was learned of lens, rate sensor and magnetometer.
     fn forget_instruments(&mut self) {
         self.rate_sensor_doubts = 0;
+        self.magnetism = Magnetism::default();
         self.shutting.command(None);
         let parameters = self.parameters;
         // They were checked when they came in force.

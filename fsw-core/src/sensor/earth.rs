@@ -4,6 +4,7 @@ mod alone;
 mod held;
 
 use super::Sensor;
+use super::magnetism::Field;
 use super::propagation::Ephemeris;
 use super::record::{EarthRecord, Events, FixRecord, Looked, Record};
 use super::workspace::Readout;
@@ -133,20 +134,23 @@ impl Sensor<'_> {
     }
 
     /// What a second in which the star path is shut has: an attitude that is carried on and held to the
-    /// Earth, else one by Earth and Sun.
+    /// Earth, else one by the Earth, and the magnetic field or the Sun.
     #[inline(never)]
     pub(super) fn observe_earth_alone(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
         ephemeris: &Ephemeris,
+        field: Option<&Field>,
         record: &mut Record,
     ) -> Result<(), DetectorError> {
         if record.stars.solution.is_some() {
             record.earth = self.hold_by_earth(detector, meter, ephemeris)?;
             record.stars.solution = self.propagated(true);
         } else {
-            (record.earth, record.stars.solution) = self.attitude_by_earth(detector, meter, ephemeris)?;
+            let (earth, solution, is_magnetic) = self.attitude_by_earth(detector, meter, ephemeris, field)?;
+            (record.earth, record.stars.solution) = (earth, solution);
+            record.note_field_used(is_magnetic);
         }
         Ok(())
     }

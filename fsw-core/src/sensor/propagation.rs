@@ -6,19 +6,19 @@ use super::timekeeping::Time;
 use crate::frames::{Direction, Icrs};
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::orbit::ephemeris;
-use crate::telemetry::{ClockFault, ClockState, Event, RateSensorFault};
-use fsw_hal::{AngularRate, LocalTime, RateSensorError};
+use crate::telemetry::{ClockFault, ClockState, Event, ReadingFault};
+use fsw_hal::{LocalTime, ReadingError};
 use nalgebra::Vector3;
 
-/// A reading of the rate sensor is of the second before, its middle at most so long ago, us.
+/// A reading is of the second before, its middle at most so long ago, us.
 const READING_AGE_US: i64 = 1_500_000;
 
 /// Attitudes in a row that contradict the rate sensor (NIS of 40 and more) before it is shut out. One comes of
 /// a manoeuvre within a reading, or of a spacecraft that shakes.
 const MOST_DOUBTS: u8 = 3;
 
-/// What a rate sensor was asked for and gave.
-pub(super) type Reading = Result<Option<AngularRate>, RateSensorError>;
+/// What a rate sensor or a magnetometer was asked for and gave: the middle of a reading, and its axes.
+pub(super) type Reading = Result<Option<(LocalTime, [f32; 3])>, ReadingError>;
 
 /// What depends on Terrestrial Time alone.
 #[derive(Clone, Copy)]
@@ -29,14 +29,14 @@ pub(super) struct Ephemeris {
     pub(super) pole: Direction<Icrs>,
 }
 
-/// A reading of the rate sensor that can serve at `now`, or why there is none.
-fn usable(reading: Reading, now: LocalTime) -> Result<AngularRate, RateSensorFault> {
-    let reading = reading?.ok_or(RateSensorFault::Silent)?;
-    if !(0..=READING_AGE_US).contains(&now.us_since(reading.instant)) {
-        return Err(RateSensorFault::Stale);
+/// A reading that can serve at `now`, or why there is none.
+pub(super) fn usable(reading: Reading, now: LocalTime) -> Result<Vector3<f32>, ReadingFault> {
+    let (instant, axes) = reading?.ok_or(ReadingFault::Silent)?;
+    if !(0..=READING_AGE_US).contains(&now.us_since(instant)) {
+        return Err(ReadingFault::Stale);
     }
-    let finite = reading.rad_s.iter().all(|axis| axis.is_finite());
-    if finite { Ok(reading) } else { Err(RateSensorFault::NotFinite) }
+    let finite = axes.iter().all(|axis| axis.is_finite());
+    if finite { Ok(axes.into()) } else { Err(ReadingFault::NotFinite) }
 }
 
 impl Sensor<'_> {
@@ -106,13 +106,13 @@ impl Sensor<'_> {
     /// Propagates the attitude to this second by the rate sensor's reading of the one before; without one
     /// that can serve, by the last rate. Returns why there is none.
     #[inline(never)]
-    pub(super) fn propagate_gyro(&mut self, reading: Reading) -> Option<RateSensorFault> {
+    pub(super) fn propagate_gyro(&mut self, reading: Reading) -> Option<ReadingFault> {
         let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, &mut self.motion) else {
             return None;
         };
         let reading = usable(reading, self.now);
         let to_star_path = self.star_to_earth.inverse();
-        let rate_rad_s = reading.map(|reading| to_star_path.matrix() * Vector3::from(reading.rad_s));
+        let rate_rad_s = reading.map(|rad_s| to_star_path.matrix() * rad_s);
         motion.propagate_gyro(self.now, noise, rate_rad_s.ok());
         reading.err()
     }

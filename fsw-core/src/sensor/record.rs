@@ -13,8 +13,8 @@ use crate::stars::MeasuredStar;
 use crate::stars::confirm::Match;
 use crate::telemetry::{
     Activity, AttitudeReport, DetectorFault, EarthReport, EarthStatus, Event, Faults, FilteredAttitude,
-    FixFault, ImageFault, LocalAttitude, MAX_EVENTS, MAX_STARS, NextState, OrbitReport, Outcome, RateReport,
-    RateSensorFault, Report, ShutterFault, StarReport,
+    FixFault, ImageFault, LocalAttitude, MAX_EVENTS, MAX_STARS, MagnetometerReport, NextState, OrbitReport,
+    Outcome, RateReport, ReadingFault, Report, ShutterFault, StarReport,
 };
 use fsw_hal::OpenPaths;
 use heapless::Vec;
@@ -164,7 +164,8 @@ pub(super) struct Record {
     pub(super) exposure_us: Option<u32>,
     pub(super) detector_fault: Option<DetectorFault>,
     pub(super) image_fault: Option<ImageFault>,
-    pub(super) rate_sensor_fault: Option<RateSensorFault>,
+    pub(super) rate_sensor_fault: Option<ReadingFault>,
+    pub(super) magnetometer_fault: Option<ReadingFault>,
     pub(super) shutter_fault: Option<ShutterFault>,
     /// The paths that were to be open.
     pub(super) open: OpenPaths,
@@ -174,6 +175,7 @@ pub(super) struct Record {
     pub(super) orbit: Option<OrbitReport>,
     pub(super) local: Option<LocalAttitude>,
     pub(super) next_state: Option<NextState>,
+    pub(super) magnetometer: Option<MagnetometerReport>,
     pub(super) command: Option<CommandOutcome>,
     pub(super) events: Events,
 }
@@ -189,6 +191,7 @@ impl Record {
             detector_fault: None,
             image_fault: None,
             rate_sensor_fault: None,
+            magnetometer_fault: None,
             shutter_fault: None,
             open: OpenPaths::Both,
             stars: StarRecord::default(),
@@ -197,8 +200,16 @@ impl Record {
             orbit: None,
             local: None,
             next_state: None,
+            magnetometer: None,
             command: None,
             events,
+        }
+    }
+
+    /// Notes whether the attitude of this second rests on the magnetic field.
+    pub(super) fn note_field_used(&mut self, used: bool) {
+        if let Some(report) = &mut self.magnetometer {
+            report.used = used;
         }
     }
 
@@ -241,6 +252,7 @@ impl Record {
                 image: self.image_fault.or(stars.repeated.then_some(ImageFault::Repeated)),
                 clock: time.fault,
                 rate_sensor: self.rate_sensor_fault,
+                magnetometer: self.magnetometer_fault,
                 shutter: self.shutter_fault,
                 fix: self.fix.fault,
                 crowded: stars.crowded,
@@ -262,6 +274,7 @@ impl Record {
             rate: stars.rate,
             command: self.command,
             next_state: self.next_state,
+            magnetometer: self.magnetometer,
         };
         let recognised = |found: &Match| {
             let (seen, star) = (measured.get(usize::from(found.measured))?, catalogue.star(found.star)?);

@@ -1,7 +1,7 @@
 //! What did not serve in a second: one field a source, each with a reason of its own.
 
 use crate::orbit::observation::FixError;
-use fsw_hal::{ClockError, DetectorError, RateSensorError, ShutterError};
+use fsw_hal::{ClockError, DetectorError, ReadingError, ShutterError};
 use serde::{Deserialize, Serialize};
 
 /// What did not serve in a second; nothing by default.
@@ -15,7 +15,9 @@ pub struct Faults {
     /// The clock did not serve; what Terrestrial Time rests on is [`super::Report::clock`].
     pub clock: Option<ClockFault>,
     /// The rate sensor gave no reading that can be used; `None` also where none is on board.
-    pub rate_sensor: Option<RateSensorFault>,
+    pub rate_sensor: Option<ReadingFault>,
+    /// Why the magnetometer gave no reading, where there is one and the orbit is known.
+    pub magnetometer: Option<ReadingFault>,
     /// The shutters, which are on board by the parameters, did not move: where they stand is not known.
     pub shutter: Option<ShutterFault>,
     /// The Earth's centre was no position for the orbit filter.
@@ -80,27 +82,28 @@ impl From<ClockError> for ClockFault {
     }
 }
 
-/// Why the rate sensor, which is on board by the parameters, gave no reading.
+/// Why the rate sensor or the magnetometer, which is on board by the parameters, gave no reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum RateSensorFault {
+pub enum ReadingFault {
     /// It had no new reading.
     Silent,
     /// Its reading was older than a second and a half, or ahead of the image.
     Stale,
     /// Its reading was not a number.
     NotFinite,
-    /// The rate is beyond its range.
+    /// What it measures is beyond its range.
     Saturated,
     /// The hardware did not answer.
     Hardware,
-    /// Attitudes contradicted its readings time after time: it is not asked until the restart.
+    /// What is known from stars and orbit contradicted its readings time after time: it is not asked until the
+    /// restart.
     ShutOut,
 }
 
-impl From<RateSensorError> for RateSensorFault {
-    fn from(error: RateSensorError) -> Self {
+impl From<ReadingError> for ReadingFault {
+    fn from(error: ReadingError) -> Self {
         match error {
-            RateSensorError::Saturated => Self::Saturated,
+            ReadingError::Saturated => Self::Saturated,
             _ => Self::Hardware,
         }
     }

@@ -37,15 +37,15 @@ prop_compose! {
             ClockFault::NotSynchronised, ClockFault::Implausible, ClockFault::Hardware,
             ClockFault::CounterReset,
         ])),
-        rate_sensor in prop::option::of(prop::sample::select(&[
-            RateSensorFault::Silent, RateSensorFault::Stale, RateSensorFault::NotFinite,
-            RateSensorFault::Saturated, RateSensorFault::ShutOut,
-        ])),
+        [rate_sensor, magnetometer] in prop::array::uniform2(prop::option::of(prop::sample::select(&[
+            ReadingFault::Silent, ReadingFault::Stale, ReadingFault::NotFinite,
+            ReadingFault::Saturated, ReadingFault::ShutOut,
+        ]))),
         shutter in prop::option::of(prop::sample::select(&[ShutterFault::Stuck, ShutterFault::Hardware])),
         fix in prop::option::of(prop::sample::select(&[FixFault::Impossible, FixFault::Covariance])),
         crowded in any::<u16>(),
     ) -> Faults {
-        Faults { detector, image, clock, rate_sensor, shutter, fix, crowded }
+        Faults { detector, image, clock, rate_sensor, magnetometer, shutter, fix, crowded }
     }
 }
 
@@ -153,6 +153,7 @@ fn event() -> impl Strategy<Value = Event> {
         Event::CatalogueDamaged,
         Event::CalibrationDamaged,
         Event::RateSensorShutOut,
+        Event::MagnetometerShutOut,
     ];
     prop_oneof![
         mode().prop_map(|mode| Event::Mode(mode, Guard::AttitudeLost)),
@@ -183,7 +184,7 @@ type Whereabouts = (
     EarthStatus,
     Option<EarthReport>,
     Vec<[f32; 2], MAX_LIMB_POINTS>,
-    (Option<OrbitReport>, (Option<LocalAttitude>, Option<NextState>)),
+    (Option<OrbitReport>, (Option<LocalAttitude>, Option<NextState>, Option<MagnetometerReport>)),
     Vec<Event, MAX_EVENTS>,
 );
 
@@ -195,11 +196,21 @@ prop_compose! {
         earth in prop::option::of(earth()),
         limb_px in prop::collection::vec(prop::array::uniform2(real()), 0..=MAX_LIMB_POINTS),
         orbit in prop::option::of(orbit()),
-        local in (prop::option::of(local()), prop::option::of(next_state())),
+        local in (prop::option::of(local()), prop::option::of(next_state()), prop::option::of(magnetometer())),
         events in prop::collection::vec(event(), 0..=MAX_EVENTS),
     ) -> Whereabouts {
         let (limb_px, events) = (Vec::from_slice(&limb_px).unwrap(), Vec::from_slice(&events).unwrap());
         (times, earth_status, earth, limb_px, (orbit, local), events)
+    }
+}
+
+prop_compose! {
+    fn magnetometer()(
+        [field_ut, zero_ut] in prop::array::uniform2(prop::array::uniform3(real())),
+        zero_sigma_ut in real(),
+        used in any::<bool>(),
+    ) -> MagnetometerReport {
+        MagnetometerReport { field_ut, zero_ut, zero_sigma_ut, used }
     }
 }
 
@@ -245,12 +256,13 @@ prop_compose! {
             .map(|AttitudeReport { quaternion, sigma_rad, .. }| FilteredAttitude { quaternion, sigma_rad });
         let ((rate_rad_s, rate), [star_path_shut, earth_path_shut]) = (rates, shut);
         let ((local_us, instant_us, clock), earth_status, earth, limb_px, (orbit, ahead), events) = whereabouts;
-        let (local, next_state) = ahead;
+        let (local, next_state, magnetometer) = ahead;
         Report {
             cycle, local_us, instant_us, clock, mode, activity, exposure_us, outcome, faults,
             star_path_shut, earth_path_shut, attitude, filtered,
             rate_rad_s, detections, focal_ratio, stars,
             earth_status, earth, limb_px, orbit, local, events, rate, command, next_state,
+            magnetometer,
         }
     }
 }
@@ -303,7 +315,8 @@ fn largest() -> Report {
             detector: Some(DetectorFault::Hardware),
             image: Some(ImageFault::Implausible),
             clock: Some(ClockFault::CounterReset),
-            rate_sensor: Some(RateSensorFault::Hardware),
+            rate_sensor: Some(ReadingFault::Hardware),
+            magnetometer: Some(ReadingFault::ShutOut),
             shutter: Some(ShutterFault::Hardware),
             fix: Some(FixFault::Covariance),
             crowded: u16::MAX,
@@ -335,6 +348,12 @@ fn largest() -> Report {
             in_s: u32::MAX,
             sigma_s: f32::MAX,
             lasts_s: Some(u32::MAX),
+        }),
+        magnetometer: Some(MagnetometerReport {
+            field_ut: [f32::MAX; 3],
+            zero_ut: [f32::MAX; 3],
+            zero_sigma_ut: f32::MAX,
+            used: true,
         }),
     }
 }

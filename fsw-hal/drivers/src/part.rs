@@ -1,6 +1,6 @@
 //! What the driver crates of gyro and magnetometer have in common: their errors, and when they are started.
 
-use fsw_hal::{Clock, ClockError, Error, LocalTime, MagnetometerError, RateSensorError};
+use fsw_hal::{Clock, ClockError, Error, LocalTime, ReadingError};
 
 /// Why a part gave no reading. `E` is the error of its driver crate, which names that of the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,22 +21,12 @@ pub enum PartError<E> {
     Saturated,
 }
 
-impl<E: core::fmt::Debug> Error<RateSensorError> for PartError<E> {
-    fn kind(&self) -> RateSensorError {
+impl<E: core::fmt::Debug> Error<ReadingError> for PartError<E> {
+    fn kind(&self) -> ReadingError {
         match self {
-            Self::Saturated => RateSensorError::Saturated,
-            Self::Reset | Self::Stopped | Self::Clock(ClockError::Timeout) => RateSensorError::Timeout,
-            _ => RateSensorError::Bus,
-        }
-    }
-}
-
-impl<E: core::fmt::Debug> Error<MagnetometerError> for PartError<E> {
-    fn kind(&self) -> MagnetometerError {
-        match self {
-            Self::Saturated => MagnetometerError::Saturated,
-            Self::Reset | Self::Stopped | Self::Clock(ClockError::Timeout) => MagnetometerError::Timeout,
-            _ => MagnetometerError::Bus,
+            Self::Saturated => ReadingError::Saturated,
+            Self::Reset | Self::Stopped | Self::Clock(ClockError::Timeout) => ReadingError::Timeout,
+            _ => ReadingError::Bus,
         }
     }
 }

@@ -83,6 +83,7 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
                 clock,
                 meter: &mut (),
                 rate_sensor,
+                magnetometer: &mut (),
                 shutter: &mut (),
             },
             Command::Continue,

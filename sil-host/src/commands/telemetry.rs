@@ -19,7 +19,7 @@ use fsw_core::outages::SensorState;
 use fsw_core::stars::identify::NotIdentified;
 use fsw_core::telemetry::{
     Activity, ClockFault, ClockState, DetectorFault, EarthStatus, Event, FixFault, ImageFault, Outcome,
-    RateSensorFault, RateSource, Report, SOURCES, ShutterFault, VERSION,
+    RateSource, ReadingFault, Report, SOURCES, ShutterFault, VERSION,
 };
 use serde_json::{Map, Value, json};
 use serde_reflection::{ContainerFormat, Format, Registry, Samples, Tracer, TracerConfig, VariantFormat};
@@ -63,7 +63,7 @@ fn registry() -> serde_reflection::Result<Registry> {
     );
     trace!(
         Refusal,
-        CommandOutcome, DetectorFault, ImageFault, ClockFault, RateSensorFault, ShutterFault, FixFault, Event
+        CommandOutcome, DetectorFault, ImageFault, ClockFault, ReadingFault, ShutterFault, FixFault, Event
     );
     tracer.registry()
 }

@@ -24,7 +24,7 @@ use crate::formats::picture::{check_request, copy_window};
 use crate::output::PartialFile;
 use crate::words::io_words;
 use fsw_hal::{
-    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, ReadingError,
     Window,
 };
 use std::path::{Path, PathBuf};
@@ -233,11 +233,11 @@ impl Recording {
 pub struct RecordedGyro(pub Option<AngularRate>);
 
 impl fsw_hal::ErrorType for RecordedGyro {
-    type Error = RateSensorError;
+    type Error = ReadingError;
 }
 
 impl RateSensor for RecordedGyro {
-    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, ReadingError> {
         Ok(self.0)
     }
 }

@@ -38,6 +38,7 @@ pub fn words(event: &Event) -> String {
         Event::CatalogueDamaged => "catalogue damaged".into(),
         Event::CalibrationDamaged => "calibration damaged".into(),
         Event::RateSensorShutOut => "rate sensor contradicted and shut out".into(),
+        Event::MagnetometerShutOut => "magnetometer contradicted and shut out".into(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a second was spent on, what came of it and what did not serve, in the words of `cycles.csv`.
 
 use fsw_core::telemetry::{
-    Activity, ClockFault, DetectorFault, FixFault, ImageFault, Outcome, RateSensorFault, Report, ShutterFault,
+    Activity, ClockFault, DetectorFault, FixFault, ImageFault, Outcome, ReadingFault, Report, ShutterFault,
 };
 
 /// The column `status`: a failed detector or a refused image before what came of the stars.
@@ -49,44 +49,60 @@ pub fn activity_word(activity: Activity) -> &'static str {
     }
 }
 
+/// Why an instrument beside the camera gave no reading.
+fn reading_word(fault: ReadingFault) -> &'static str {
+    match fault {
+        ReadingFault::Silent => "silent",
+        ReadingFault::Stale => "stale",
+        ReadingFault::NotFinite => "not finite",
+        ReadingFault::Saturated => "saturated",
+        ReadingFault::ShutOut => "shut out",
+        ReadingFault::Hardware => "hardware",
+    }
+}
+
 /// The column `reported_faults`: every fault of the second, without comma; empty where there is none.
 pub fn fault_words(report: &Report) -> String {
     let faults = &report.faults;
-    let mut words = Vec::new();
-    words.extend(faults.detector.map(|fault| match fault {
+    let detector = faults.detector.map(|fault| match fault {
         DetectorFault::Request => "detector refused a request",
         DetectorFault::Geometry => "detector of another size",
         DetectorFault::Hardware => "detector hardware",
-    }));
-    words.extend(faults.image.map(|fault| match fault {
+    });
+    let image = faults.image.map(|fault| match fault {
         ImageFault::Repeated => "image repeated",
         ImageFault::OutOfOrder => "image out of order",
         ImageFault::Implausible => "image of an implausible instant",
-    }));
-    words.extend(faults.clock.map(|fault| match fault {
+    });
+    let clock = faults.clock.map(|fault| match fault {
         ClockFault::NotSynchronised => "clock not synchronised",
         ClockFault::Implausible => "clock implausible",
         ClockFault::Hardware => "clock hardware",
         ClockFault::CounterReset => "counter reset",
-    }));
-    words.extend(faults.rate_sensor.map(|fault| match fault {
-        RateSensorFault::Silent => "rate sensor silent",
-        RateSensorFault::Stale => "rate sensor stale",
-        RateSensorFault::NotFinite => "rate sensor not finite",
-        RateSensorFault::Saturated => "rate sensor saturated",
-        RateSensorFault::ShutOut => "rate sensor shut out",
-        RateSensorFault::Hardware => "rate sensor hardware",
-    }));
-    words.extend(faults.shutter.map(|fault| match fault {
+    });
+    let shutter = faults.shutter.map(|fault| match fault {
         ShutterFault::Stuck => "shutter stuck",
         ShutterFault::Hardware => "shutter hardware",
-    }));
-    words.extend(faults.fix.map(|fault| match fault {
+    });
+    let fix = faults.fix.map(|fault| match fault {
         FixFault::Impossible => "fix impossible",
         FixFault::Covariance => "fix covariance",
-    }));
-    let crowded = (faults.crowded > 0).then(|| format!("crowded tiles {}", faults.crowded));
-    words.into_iter().map(str::to_owned).chain(crowded).collect::<Vec<_>>().join("; ")
+    });
+    let reading = |name: &str, fault: Option<ReadingFault>| {
+        fault.map(|fault| format!("{name} {}", reading_word(fault)))
+    };
+    let whole = |word: Option<&str>| word.map(str::to_owned);
+    let words = [
+        whole(detector),
+        whole(image),
+        whole(clock),
+        reading("rate sensor", faults.rate_sensor),
+        reading("magnetometer", faults.magnetometer),
+        whole(shutter),
+        whole(fix),
+        (faults.crowded > 0).then(|| format!("crowded tiles {}", faults.crowded)),
+    ];
+    words.into_iter().flatten().collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]
@@ -110,7 +126,7 @@ mod tests {
         assert_eq!(fault_words(&Report::default()), "");
         let faults = Faults {
             clock: Some(ClockFault::CounterReset),
-            rate_sensor: Some(RateSensorFault::Stale),
+            rate_sensor: Some(ReadingFault::Stale),
             crowded: 3,
             ..Faults::default()
         };

@@ -18,8 +18,10 @@
 //! | `magnetometer.noise_ut` | white noise of a sample | 0.2 |
 //! | `magnetometer.drift_ut_h` | walk of the zero, after an hour | 0.15 |
 //! | `magnetometer.hard_iron_ut` | the spacecraft's own field along x, y, z of the body | `[0, 0, 0]` |
+//! | `magnetometer.zero_sigma_ut` | how well that is known, an axis: what the flight code is told | 5 |
 //! | `magnetometer.resolution_ut` | step of a reading, 0 for none | 0.043 |
 //! | `magnetometer.range_ut` | greatest field along an axis | 80 |
+//! | `magnetometer.ring_current_ut` | by how much the ring current weakens the field at the equator | 0.02 |
 
 use super::text::Text;
 use crate::error::HostError;
@@ -64,8 +66,10 @@ pub(super) struct RawMagnetometer {
     noise_ut: Option<Spanned<f64>>,
     drift_ut_h: Option<Spanned<f64>>,
     hard_iron_ut: Option<Spanned<[f64; 3]>>,
+    zero_sigma_ut: Option<Spanned<f64>>,
     resolution_ut: Option<Spanned<f64>>,
     range_ut: Option<Spanned<f64>>,
+    ring_current_ut: Option<Spanned<f64>>,
 }
 
 /// The paths with a shutter.
@@ -131,7 +135,14 @@ pub(super) fn magnetometer(
             Some(field) => text.array("magnetometer.hard_iron_ut", field, (-1000.0, 1000.0))?,
             None => default.hard_iron_ut,
         },
+        zero_sigma_ut: number("zero_sigma_ut", &raw.zero_sigma_ut, default.zero_sigma_ut, (1e-3, 1000.0))?,
         resolution_ut: number("resolution_ut", &raw.resolution_ut, default.resolution_ut, (0.0, 100.0))?,
         range_ut: number("range_ut", &raw.range_ut, default.range_ut, (1.0, 10_000.0))?,
+        ring_current_ut: number(
+            "ring_current_ut",
+            &raw.ring_current_ut,
+            default.ring_current_ut,
+            (0.0, 1.0),
+        )?,
     }))
 }

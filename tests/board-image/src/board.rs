@@ -63,12 +63,9 @@ pub fn send(byte: u8) -> bool {
     room
 }
 
-/// Shows the magnetometer's field, uT, and temperature, deg C; not a number where there is none.
-pub fn housekeeping(field_ut: Option<[f32; 3]>, temperature_c: Option<f32>) {
-    let [x, y, z] = field_ut.unwrap_or([f32::NAN; 3]);
-    for (offset, value) in [(0x28, x), (0x2C, y), (0x30, z), (0x34, temperature_c.unwrap_or(f32::NAN))] {
-        write(offset, value.to_bits());
-    }
+/// Shows the magnetometer's temperature, deg C; not a number where it gave none.
+pub fn housekeeping(temperature_c: Option<f32>) {
+    write(0x34, temperature_c.unwrap_or(f32::NAN).to_bits());
 }
 
 /// Nothing can be flown: the watchdog, which nobody serves now, restarts the board.

@@ -34,14 +34,14 @@ const MAX_AGE_US: i64 = 100 * 60 * 1_000_000;
 
 type DetectorDriver = Cmv4000<'static, Spi, Pin, Pin, Bridge, Bridge, Pixels>;
 type Gyro = Lsm6dsv16xGyro<I2cBus<Bridge>, Bridge, Bridge>;
-/// The magnetometer of this board.
-pub type Magnetometer = Lis2mdlMagnetometer<I2cBus<Bridge>, Bridge, Bridge>;
+type Magnetometer = Lis2mdlMagnetometer<I2cBus<Bridge>, Bridge, Bridge>;
 
 /// What a second needs.
 pub struct Flight {
     sensor: &'static mut Sensor<'static>,
     detector: DetectorDriver,
     gyro: Gyro,
+    magnetometer: Magnetometer,
     clock: Bridge,
     store: FlashStore<Bridge>,
     /// Seconds since a record was kept.
@@ -52,12 +52,6 @@ pub struct Flight {
     instant_us: Option<i64>,
     /// Where a frame is made that nobody sends, and where the record of before the restart is read.
     spare: &'static mut [u8; MAX_FRAME_BYTES],
-}
-
-/// The magnetometer, aligned with the body.
-pub fn magnetometer(bridge: Bridge) -> Magnetometer {
-    let part = Lis2mdl::new_i2c(bridge, MagnetometerAddress::I2cAdd, bridge);
-    Lis2mdlMagnetometer::new(part, bridge, Mounting::ALIGNED)
 }
 
 impl Flight {
@@ -78,10 +72,12 @@ impl Flight {
         // Bias, gain and PLL are those after reset; a board has the values of its detector's data sheet here.
         let settings = Settings { clock_hz: 10_000_000, outputs: Outputs::Four, rows: ROWS, analogue: &[] };
         let gyro = Lsm6dsv16x::new_i2c(bridge, GyroAddress::I2cAddL, bridge);
+        let magnetometer = Lis2mdl::new_i2c(bridge, MagnetometerAddress::I2cAdd, bridge);
         Some(Self {
             sensor,
             detector: Cmv4000::new(parts, settings).ok()?,
             gyro: Lsm6dsv16xGyro::new(gyro, bridge, Mounting::ALIGNED),
+            magnetometer: Lis2mdlMagnetometer::new(magnetometer, bridge, Mounting::ALIGNED),
             clock: bridge,
             store: FlashStore::new(bridge, 0, SLOT_BYTES)?,
             since_kept_s: 0,
@@ -100,6 +96,11 @@ impl Flight {
         telemetry::decode(record).ok()?.ground_orbit()
     }
 
+    /// Temperature of the magnetometer, deg C.
+    pub fn temperature_c(&mut self) -> Option<f32> {
+        self.magnetometer.temperature_c()
+    }
+
     /// One second; its frame goes into `buffer`, whose used bytes are given.
     #[inline(never)]
     pub fn second(&mut self, buffer: &mut [u8]) -> usize {
@@ -109,6 +110,7 @@ impl Flight {
             clock: &mut self.clock,
             meter: &mut (),
             rate_sensor: &mut self.gyro,
+            magnetometer: &mut self.magnetometer,
             shutter: &mut (),
         };
         let report = self.sensor.cycle(&mut instruments, command);

@@ -1,7 +1,8 @@
-//! What the board's instrument is: lens, detector, gyro, and the catalogue that serves its field.
+//! What the board's instrument is: lens, detector, gyro, magnetometer, and the catalogue that serves its field.
 
 use fsw_core::attitude::filter::RateSensorNoise;
 use fsw_core::camera::{CameraParameters, Distortion, Projection};
+use fsw_core::magnetism::MagnetometerErrors;
 use fsw_core::parameters::Parameters;
 use fsw_drivers::cmv4000::SIZE_PX;
 
@@ -14,6 +15,9 @@ const FOCAL_LENGTH_PX: f32 = 4817.0;
 /// White noise of 2.8 mdeg/s/sqrt(Hz), a bias of 1 deg/s and a guess of its walk: a board has what was
 /// measured on its own part.
 const GYRO: RateSensorNoise = RateSensorNoise { white_rad: 5e-5, walk_rad_s: 1e-6, bias_rad_s: 1.75e-2 };
+/// Noise of 0.3 uT and a zero of 6 uT by the part's data sheet; the spacecraft's own field comes to that.
+const MAGNETOMETER: MagnetometerErrors =
+    MagnetometerErrors { noise_ut: 0.3, zero_ut: 10.0, walk_ut: 2.5e-3, field_ut: 0.15 };
 
 /// The parameter table.
 pub fn parameters() -> Parameters {
@@ -29,7 +33,7 @@ pub fn parameters() -> Parameters {
         corner_loss: 0.15,
         mirrored: false,
     });
-    Parameters { rate_sensor: Some(GYRO), ..defaults }
+    Parameters { rate_sensor: Some(GYRO), magnetometer: Some(MAGNETOMETER), ..defaults }
 }
 
 #[cfg(test)]

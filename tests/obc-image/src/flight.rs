@@ -107,6 +107,7 @@ pub fn fly(
             clock: &mut clock,
             meter: &mut Marks,
             rate_sensor: &mut rate_sensor,
+            magnetometer: &mut (),
             shutter: &mut (),
         };
         if let Some(commands) = commands {

@@ -29,7 +29,7 @@
 use crate::host::{File, HostError, Mode};
 use crate::marks;
 use fsw_hal::{
-    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, ReadingError,
     Window,
 };
 
@@ -169,11 +169,11 @@ impl RecordedDetector {
 pub struct RecordedGyro(pub Option<AngularRate>);
 
 impl fsw_hal::ErrorType for RecordedGyro {
-    type Error = RateSensorError;
+    type Error = ReadingError;
 }
 
 impl RateSensor for RecordedGyro {
-    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, ReadingError> {
         Ok(self.0)
     }
 }

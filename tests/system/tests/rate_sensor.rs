@@ -5,9 +5,9 @@ use fsw_core::frames::{Icrs, Rotation, StarPath};
 use fsw_core::modes::Mode;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Workspace};
-use fsw_core::telemetry::{Event, Outcome, RateSensorFault, Report};
+use fsw_core::telemetry::{Event, Outcome, ReadingFault, Report};
 use fsw_hal::{
-    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, RateSensorError,
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, ReadingError,
     Window,
 };
 use sil_host::flight;
@@ -62,15 +62,15 @@ impl Detector for Sky {
 
 /// The gyro in a second.
 struct Gyro {
-    reading: Result<Option<AngularRate>, RateSensorError>,
+    reading: Result<Option<AngularRate>, ReadingError>,
 }
 
 impl fsw_hal::ErrorType for Gyro {
-    type Error = RateSensorError;
+    type Error = ReadingError;
 }
 
 impl RateSensor for Gyro {
-    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, ReadingError> {
         self.reading
     }
 }
@@ -97,7 +97,7 @@ struct Second {
 /// Flies the manoeuvre; `answers` says what the gyro does in a second, if there is one.
 fn fly(
     rate_sensor: Option<RateSensorNoise>,
-    answers: impl Fn(u32, AngularRate) -> Option<Result<Option<AngularRate>, RateSensorError>>,
+    answers: impl Fn(u32, AngularRate) -> Option<Result<Option<AngularRate>, ReadingError>>,
 ) -> Vec<Second> {
     let noise = Noise::new(0x47_59_52_4f, 0, Stream::RateSensor);
     let start = uniform(&Noise::new(77, 0, Stream::Attitude), 0).map(|part| part as f32);
@@ -126,6 +126,7 @@ fn fly(
             clock: &mut Instant::new(local, star_scene::epoch_us() + local.as_us()),
             meter: &mut (),
             rate_sensor: &mut gyro,
+            magnetometer: &mut (),
             shutter: &mut (),
         };
         let report = sensor.cycle(&mut instruments, Command::Continue);
@@ -177,7 +178,7 @@ fn without_a_rate_sensor_the_slew_is_found_out_when_stars_are_seen_again() {
 fn a_silent_or_mad_rate_sensor_is_none() {
     let mad = |second: u32, reading: AngularRate| match second % 40 {
         10..14 => Ok(None),
-        14..18 => Err(RateSensorError::Bus),
+        14..18 => Err(ReadingError::Bus),
         18..22 => Ok(Some(AngularRate { rad_s: [f32::NAN; 3], ..reading })),
         22..26 => Ok(Some(AngularRate { instant: reading.instant.plus_us(-5_000_000), ..reading })),
         26..30 => Ok(Some(AngularRate { instant: LocalTime::from_us(i64::MIN), ..reading })),
@@ -215,7 +216,7 @@ fn a_gyro_that_lies_is_shut_out_and_costs_a_few_seconds() {
             without_attitude(&seconds[20..60])
         );
         assert!((20..40).contains(&when) && seconds.iter().filter(|second| shut_out(second)).count() == 1);
-        let told = |second: &Second| second.report.faults.rate_sensor == Some(RateSensorFault::ShutOut);
+        let told = |second: &Second| second.report.faults.rate_sensor == Some(ReadingFault::ShutOut);
         assert!(seconds[when + 1..].iter().all(told) && !seconds[..=when].iter().any(told));
         // Before the blind slew, of which nobody can know then.
         let (sigmas, ..) = worst(&seconds[..BLIND.start as usize]);

@@ -8,7 +8,7 @@ use crate::link::{self, Answer, DETECTOR, RATE, Request, Second, number};
 use crate::memory::Flip;
 use fsw_core::sensor::{Command, Instruments};
 use fsw_core::telemetry::{self, Report};
-use fsw_hal::{Detector, DetectorError, Error, Instant, RateSensor, Shutter, Window};
+use fsw_hal::{Detector, DetectorError, Error, Instant, Magnetometer, RateSensor, Shutter, Window};
 use serde::{Deserialize, Serialize};
 use sil_host::error::HostError;
 use sil_host::harness::FlightCode;
@@ -130,12 +130,12 @@ fn of<T>(answer: Result<T, DetectorError>) -> Result<T, u8> {
 }
 
 impl FlightCode for Aboard<'_> {
-    fn second<D: Detector<Error = DetectorError>, R: RateSensor, S: Shutter>(
+    fn second<D: Detector<Error = DetectorError>, R: RateSensor, B: Magnetometer, S: Shutter>(
         &mut self,
-        instruments: &mut Instruments<'_, D, Instant, (), R, S>,
+        instruments: &mut Instruments<'_, D, Instant, (), R, B, S>,
         command: Command<'_>,
     ) -> Result<Report, HostError> {
-        // No family has shutters.
+        // No family has shutters or a magnetometer.
         let Instruments { detector, clock, rate_sensor, .. } = instruments;
         let geometry = detector.geometry();
         let reading = rate_sensor.angular_rate();

@@ -11,7 +11,7 @@ use crate::memory::{Flip, Part, STATE_BYTES, WORKSPACE_BYTES};
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES};
 use fsw_hal::{AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime};
-use fsw_hal::{RateSensor, RateSensorError, Window};
+use fsw_hal::{RateSensor, ReadingError, Window};
 use sil_host::error::HostError;
 use sil_host::harness;
 use std::io::{BufReader, BufWriter, Stdin, Stdout, stdin, stdout};
@@ -77,14 +77,14 @@ impl Detector for Linked<'_> {
 }
 
 /// What the rate sensor reads in a second.
-struct Reading(Result<Option<AngularRate>, RateSensorError>);
+struct Reading(Result<Option<AngularRate>, ReadingError>);
 
 impl fsw_hal::ErrorType for Reading {
-    type Error = RateSensorError;
+    type Error = ReadingError;
 }
 
 impl RateSensor for Reading {
-    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, ReadingError> {
         self.0
     }
 }
@@ -122,6 +122,7 @@ impl Memory {
             clock: &mut Instant { local: LocalTime::from_us(local_us), terrestrial_us },
             meter: &mut (),
             rate_sensor: &mut Reading(rate),
+            magnetometer: &mut (),
             shutter: &mut (),
         };
         let command = if second.restart { Command::Restart } else { Command::Continue };

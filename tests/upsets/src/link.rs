@@ -4,7 +4,7 @@
 //! and ends it with its telemetry. Kinds of errors travel as their places in a table.
 
 use crate::memory::Flip;
-use fsw_hal::{DetectorError, RateSensorError};
+use fsw_hal::{DetectorError, ReadingError};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Write};
@@ -58,8 +58,7 @@ pub const DETECTOR: [DetectorError; 6] = [
     DetectorError::Timeout,
 ];
 /// Those of a rate sensor.
-pub const RATE: [RateSensorError; 3] =
-    [RateSensorError::Bus, RateSensorError::Saturated, RateSensorError::Timeout];
+pub const RATE: [ReadingError; 3] = [ReadingError::Bus, ReadingError::Saturated, ReadingError::Timeout];
 
 /// The number of a kind; of one that the table does not have, the first.
 pub fn number<K: PartialEq>(kinds: &[K], kind: K) -> u8 {
@@ -117,6 +116,6 @@ mod tests {
         assert!(receive::<Request>(&mut from).is_err(), "the end");
         assert!(receive::<Request>(&mut &[255; 8][..]).is_err(), "too long");
         assert!(receive::<Request>(&mut &[1, 0, 0, 0, 9][..]).is_err(), "no such request");
-        assert_eq!(kind(&RATE, 77), RateSensorError::Bus);
+        assert_eq!(kind(&RATE, 77), ReadingError::Bus);
     }
 }

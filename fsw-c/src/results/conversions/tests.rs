@@ -1,7 +1,7 @@
 use super::*;
 use fsw_core::telemetry::{
     ClockFault, DetectorFault, EarthReport, ElementsReport, Faults, FixFault, ImageFault, LocalAttitude,
-    RateReport, RateSensorFault, RateSource, ShutterFault,
+    RateReport, RateSource, ReadingFault, ShutterFault,
 };
 
 #[test]
@@ -66,6 +66,12 @@ fn every_quantity_of_a_report_comes_through() {
             sigma_s: 1.5,
             lasts_s: Some(720),
         }),
+        magnetometer: Some(telemetry::MagnetometerReport {
+            field_ut: [10.0, -20.0, 30.0],
+            zero_ut: [1.0, 2.0, 3.0],
+            zero_sigma_ut: 0.25,
+            used: true,
+        }),
         command: Some(CommandOutcome::Done),
         exposure_us: Some(50_000),
         earth_path_shut: true,
@@ -115,6 +121,13 @@ fn every_quantity_of_a_report_comes_through() {
             sigma_s: 1.5,
             lasts_s: 720,
         },
+        magnetic_field: MagneticField {
+            known: true,
+            used: true,
+            field_ut: [10.0, -20.0, 30.0],
+            zero_ut: [1.0, 2.0, 3.0],
+            zero_sigma_ut: 0.25,
+        },
         command: CommandResult::Done,
         refusal: 0,
         exposure_us: 50_000,
@@ -145,7 +158,8 @@ fn every_fault_has_its_bit() {
     assert_eq!(of(Faults { detector: Some(DetectorFault::Hardware), ..none }), FAULT_DETECTOR);
     assert_eq!(of(Faults { image: Some(ImageFault::Repeated), ..none }), FAULT_IMAGE);
     assert_eq!(of(Faults { clock: Some(ClockFault::Hardware), ..none }), FAULT_CLOCK);
-    assert_eq!(of(Faults { rate_sensor: Some(RateSensorFault::Silent), ..none }), FAULT_RATE_SENSOR);
+    assert_eq!(of(Faults { rate_sensor: Some(ReadingFault::Silent), ..none }), FAULT_RATE_SENSOR);
     assert_eq!(of(Faults { fix: Some(FixFault::Covariance), ..none }), FAULT_FIX);
     assert_eq!(of(Faults { shutter: Some(ShutterFault::Stuck), ..none }), FAULT_SHUTTER);
+    assert_eq!(of(Faults { magnetometer: Some(ReadingFault::Stale), ..none }), FAULT_MAGNETOMETER);
 }

@@ -47,18 +47,31 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
     /// the state cannot be propagated to `instant` or the innovation exceeds the limit.
     #[inline(never)]
     pub fn measurement_update_star(&mut self, star: &VectorPair, instant: LocalTime) -> bool {
+        if !self.measurement_update_direction(star, instant) {
+            return false;
+        }
+        let direction = self.attitude.apply(&star.reference);
+        let coloured = direction.vector().map(|axis| square(star.sigma_rad) * (1.0 - axis * axis));
+        self.variance = self.variance.sup(&coloured);
+        (self.updated_at, self.rate_seen_at) = (instant, instant);
+        true
+    }
+
+    /// The same by a direction that no image shows: the attitude's age goes on.
+    #[inline(never)]
+    pub fn measurement_update_direction(&mut self, pair: &VectorPair, instant: LocalTime) -> bool {
         let mut then = *self;
         if !then.propagate(instant, None) {
             return false;
         }
-        let expected = then.attitude.apply(&star.reference);
+        let expected = then.attitude.apply(&pair.reference);
         let expected = expected.vector();
-        let innovation = star.measured.vector().cross(expected);
+        let innovation = pair.measured.vector().cross(expected);
         // Two axes across the direction.
         let away = if expected.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
         let Some(right) = away.cross(expected).try_normalize(1e-3) else { return false };
         let up = expected.cross(&right);
-        let (p, variance) = (then.covariance.at(0, 0), square(star.sigma_rad));
+        let (p, variance) = (then.covariance.at(0, 0), square(pair.sigma_rad));
         let (across, both, along) = (right.dot(&(p * right)), right.dot(&(p * up)), up.dot(&(p * up)));
         let (across, along) = (across + variance, along + variance);
         // S⁻¹ = E (Eᵀ P E + R)⁻¹ Eᵀ with E the two axes.
@@ -70,9 +83,6 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         if !then.correct(0, &innovation, &inverse, &left, 2.0) {
             return false;
         }
-        let coloured = expected.map(|axis| variance * (1.0 - axis * axis));
-        then.variance = then.variance.sup(&coloured);
-        (then.updated_at, then.rate_seen_at) = (instant, instant);
         *self = then;
         true
     }

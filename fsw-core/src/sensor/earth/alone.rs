@@ -1,13 +1,14 @@
 //! An attitude by the Earth alone: the star path is shut and no attitude is carried on.
 //!
 //! The limb shows where the Earth's centre is, the orbit where it should be: two axes, as of a single star.
-//! The third, about that direction, is the Sun's: the orbit says how far it stands from the Earth, the
-//! terminator on which side. It is good to some degrees, enough to point an antenna or a panel until the
-//! stars are back. Each image gives one of its own: the clouds that bend the terminator stay for minutes, and
-//! no filter averages them.
+//! The third, about that direction, is the magnetic field's where a magnetometer reads it, good to half a
+//! degree in a low orbit, or the Sun's: the orbit says how far it stands from the Earth, the terminator on
+//! which side. That is good to some degrees, enough to point an antenna or a panel until the stars are back.
+//! Each image gives one of its own: the clouds that bend the terminator stay for minutes, and no filter
+//! averages them.
 //!
-//! In: the second's image, orbit, Sun. Out: an attitude, and the Earth that it rests on. The orbit learns
-//! nothing of it.
+//! In: the second's image, orbit, Sun, field. Out: an attitude, and the Earth that it rests on. The orbit
+//! learns nothing of it.
 
 use super::VIEW_SIGMA_RAD;
 use crate::attitude::VectorPair;
@@ -17,7 +18,9 @@ use crate::earth::terminator::{self, SunSeen};
 use crate::earth::view::View;
 use crate::earth::{Body, EarthFix};
 use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
+use crate::magnetism::CONTRADICTION;
 use crate::sensor::Sensor;
+use crate::sensor::magnetism::Field;
 use crate::sensor::propagation::Ephemeris;
 use crate::sensor::record::{EarthRecord, Looked, Solution};
 use crate::telemetry::AttitudeReport;
@@ -27,7 +30,9 @@ use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 const TOLD_RAD: f32 = 0.175;
 /// Sigmas within which the distance by the limb must be that of the orbit.
 const DISTANCE_SIGMAS: f32 = 4.0;
-/// The Sun's direction turns about that of the Earth, and hardly moves it: their weights in Wahba's problem
+/// A terminator is no better than this, 2.3 deg: where the field is, it is not looked for.
+const BEST_TERMINATOR_RAD: f32 = 0.04;
+/// The other direction turns about that of the Earth, and hardly moves it: their weights in Wahba's problem
 /// as sigmas, rad.
 const WEIGHTS_RAD: [f32; 2] = [1e-3, 0.03];
 
@@ -39,38 +44,74 @@ struct Known {
     sigma_km: f32,
 }
 
-/// Earth and Sun as an image shows them, how the Earth's axes lie not known.
+/// A direction beside that of the Earth.
+#[derive(Clone, Copy)]
+struct Beside {
+    seen: Direction<EarthPath>,
+    reference: Direction<Icrs>,
+    /// Standard deviation about the Earth's direction, rad.
+    sigma_rad: f32,
+    is_magnetic: bool,
+}
+
+/// The Earth as an image shows it, how its axes lie not known, and what stands beside it.
 struct Seen {
     fix: EarthFix,
-    sun: SunSeen,
+    beside: Beside,
+}
+
+impl Beside {
+    /// The Sun.
+    fn of_sun(sun: &SunSeen, known: &Known) -> Self {
+        let SunSeen { direction, sigma_rad } = *sun;
+        Self { seen: direction, reference: known.to_sun, sigma_rad, is_magnetic: false }
+    }
+
+    /// The magnetic field, `sigma_rad` that of its direction. `None` where it is not as far from the Earth as
+    /// it should be.
+    fn of_field(
+        (seen, reference, sigma_rad): (Direction<EarthPath>, Direction<Icrs>, f32),
+        fix: &EarthFix,
+        known: &Known,
+    ) -> Option<Self> {
+        let cosine = known.to_earth.dot(&reference);
+        let (direction_rad, _) = fix.sigmas();
+        let off = libm::fabsf(Direction::new(fix.centre_km)?.dot(&seen) - cosine);
+        let agrees = off < CONTRADICTION * libm::hypotf(sigma_rad, direction_rad);
+        let sine = libm::sqrtf((1.0 - cosine * cosine).max(1e-6));
+        agrees.then_some(Self { seen, reference, sigma_rad: sigma_rad / sine, is_magnetic: true })
+    }
 }
 
 impl Sensor<'_> {
-    /// The attitude of this second, in which the star path is shut, by Earth and Sun; none without an orbit.
+    /// The attitude of this second, in which the star path is shut, by the Earth, and by the magnetic field or
+    /// the Sun; none without an orbit. Whether it rests on the field.
     #[inline(never)]
     pub(in crate::sensor) fn attitude_by_earth(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
         ephemeris: &Ephemeris,
-    ) -> Result<(EarthRecord, Option<Solution>), DetectorError> {
+        field: Option<&Field>,
+    ) -> Result<(EarthRecord, Option<Solution>, bool), DetectorError> {
         let Some(known) = self.known_earth(ephemeris) else { return Ok(Default::default()) };
         meter.begin(Stage::Search);
-        let seen = self.see_sun(detector, -known.to_earth.dot(&known.to_sun));
+        let seen = self.see_earth(detector, &known, field);
         meter.end(Stage::Search);
-        let Some(seen) = seen? else { return Ok(Default::default()) };
-        let Some(rough) = self.turned_to(&seen.fix, &seen.sun, &known) else { return Ok(Default::default()) };
+        let Some(Seen { fix, beside }) = seen? else { return Ok(Default::default()) };
+        let Some(rough) = self.turned_to(&fix, &beside, &known) else { return Ok(Default::default()) };
         let body = self.body(ephemeris, &rough);
-        let Some(view) = View::new(&seen.fix.centre_km, &body) else { return Ok(Default::default()) };
+        let Some(view) = View::new(&fix.centre_km, &body) else { return Ok(Default::default()) };
         meter.begin(Stage::Limb);
         let strips = self.strips_about(detector, &body, &view);
         meter.end(Stage::Limb);
-        let looked = self.fit(meter, &body, (&strips?, CentrePrior::from_fix(&seen.fix).as_ref()), true);
+        let looked = self.fit(meter, &body, (&strips?, CentrePrior::from_fix(&fix).as_ref()), true);
         let solution = match &looked {
-            Looked::Found(fix) => self.by_earth(fix, &seen.sun, &known),
+            Looked::Found(fix) => self.by_earth(fix, &beside, &known),
             _ => None,
         };
-        Ok((EarthRecord { dark: solution.map(|_| false), looked }, solution))
+        let is_magnetic = beside.is_magnetic && solution.is_some();
+        Ok((EarthRecord { dark: solution.map(|_| false), looked }, solution, is_magnetic))
     }
 
     /// Where the Earth is, if the orbit says so well enough.
@@ -86,51 +127,64 @@ impl Sensor<'_> {
         (sigma_km < VIEW_SIGMA_RAD * distance_km).then_some(known)
     }
 
-    /// Earth and Sun in the image, nothing known but the angle at the Earth between Sun and sensor, `phase`
-    /// its cosine.
+    /// The Earth in the image, nothing known but the orbit, and the better of field and Sun.
     #[inline(never)]
-    fn see_sun(
+    fn see_earth(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
-        phase: f32,
+        known: &Known,
+        field: Option<&Field>,
     ) -> Result<Option<Seen>, DetectorError> {
+        let field = field.and_then(|field| self.magnetic_direction(field));
+        let field = field.map(|VectorPair { measured, reference, sigma_rad }| {
+            (self.mounting().apply(&measured), reference, sigma_rad)
+        });
         // How its axes lie is not known: of so flat an ellipsoid any will do.
         let body = Body::new(&Direction::z(), None, &self.parameters.earth);
         let (limb_sensor, mut buffers) = self.limb_sensor(&body);
         let Ok((fix, view)) = limb_sensor.search(detector, &mut buffers)? else { return Ok(None) };
         let (camera, parameters) = (limb_sensor.camera, limb_sensor.parameters);
-        let sun = terminator::sun_seen(detector, buffers.buffer, (camera, &view), phase, parameters)?;
-        Ok(sun.filter(|sun| sun.sigma_rad < TOLD_RAD).map(|sun| Seen { fix, sun }))
+        let by_field = field.and_then(|field| Beside::of_field(field, &fix, known));
+        let by_sun = if by_field.is_some_and(|field| field.sigma_rad < BEST_TERMINATOR_RAD) {
+            None
+        } else {
+            let phase = -known.to_earth.dot(&known.to_sun);
+            let sun = terminator::sun_seen(detector, buffers.buffer, (camera, &view), phase, parameters)?;
+            sun.map(|sun| Beside::of_sun(&sun, known))
+        };
+        let both = [by_field, by_sun].into_iter().flatten();
+        let better = both.reduce(|one, other| if other.sigma_rad < one.sigma_rad { other } else { one });
+        Ok(better.filter(|beside| beside.sigma_rad < TOLD_RAD).map(|beside| Seen { fix, beside }))
     }
 
-    /// The attitude that has Earth and Sun where they are seen.
+    /// The attitude that has the Earth and what stands beside it where they are seen.
     #[inline(never)]
-    fn turned_to(&self, fix: &EarthFix, sun: &SunSeen, known: &Known) -> Option<Rotation<Icrs, StarPath>> {
+    fn turned_to(&self, fix: &EarthFix, beside: &Beside, known: &Known) -> Option<Rotation<Icrs, StarPath>> {
         let to_star_path = self.mounting().inverse();
         let pair = |seen: &Direction<EarthPath>, reference, sigma_rad| VectorPair {
             measured: to_star_path.apply(seen),
             reference,
             sigma_rad,
         };
-        let [earth_rad, sun_rad] = WEIGHTS_RAD;
+        let [earth_rad, beside_rad] = WEIGHTS_RAD;
         let earth = pair(&Direction::new(fix.centre_km)?, known.to_earth, earth_rad);
-        svd::solve(&[earth, pair(&sun.direction, known.to_sun, sun_rad)]).ok()
+        svd::solve(&[earth, pair(&beside.seen, beside.reference, beside_rad)]).ok()
     }
 
-    /// The attitude by the Earth's centre as strips across its limb show it, and the Sun; `None` where that
-    /// Earth is not to be told by itself, or not as far as the orbit has it.
-    fn by_earth(&self, fix: &EarthFix, sun: &SunSeen, known: &Known) -> Option<Solution> {
+    /// The attitude by the Earth's centre as strips across its limb show it, and what stands beside it; `None`
+    /// where that Earth is not to be told by itself, or not as far as the orbit has it.
+    fn by_earth(&self, fix: &EarthFix, beside: &Beside, known: &Known) -> Option<Solution> {
         let (direction_rad, along_km) = fix.sigmas();
         let off_km = libm::fabsf(fix.distance_km() - known.distance_km);
         let agrees = off_km < DISTANCE_SIGMAS * libm::hypotf(along_km, known.sigma_km);
         if !agrees || !self.parameters.earth.plausible.is_told(fix) {
             return None;
         }
-        let attitude = self.turned_to(fix, sun, known)?;
+        let attitude = self.turned_to(fix, beside, known)?;
         let place_rad = known.sigma_km / known.distance_km;
         let misalignment_rad = self.parameters.orbit.misalignment_sigma_rad;
         let [across2, place2, misalignment2, about2] =
-            [direction_rad, place_rad, misalignment_rad, sun.sigma_rad].map(|sigma| sigma * sigma);
+            [direction_rad, place_rad, misalignment_rad, beside.sigma_rad].map(|sigma| sigma * sigma);
         let across2 = across2 + place2 + misalignment2;
         let sigma = |axis: f32| libm::sqrtf(across2 + (about2 - across2).max(0.0) * axis * axis);
         Some(Solution {

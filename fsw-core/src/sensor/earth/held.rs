@@ -16,6 +16,7 @@ use crate::earth::{Body, EarthFix};
 use crate::frames::{Direction, EarthPath, Icrs, Rotation};
 use crate::matrix::{dot, inverse, product, symmetric_product};
 use crate::sensor::Sensor;
+use crate::sensor::attitude::sigma_across;
 use crate::sensor::propagation::Ephemeris;
 use crate::sensor::record::{EarthRecord, Looked};
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
@@ -121,13 +122,6 @@ impl Sensor<'_> {
             sigma_rad: libm::sqrtf(variance.max(0.0) as f32),
         })
     }
-}
-
-/// Standard deviation across a direction, rad, of an attitude with these about the axes.
-fn sigma_across(sigma_rad: [f32; 3], direction: &Vector3<f32>) -> f32 {
-    let variance = Vector3::from(sigma_rad).map(|sigma| sigma * sigma);
-    let across = direction.map(|axis| 1.0 - axis * axis);
-    libm::sqrtf(0.5 * variance.dot(&across))
 }
 
 impl Prediction {

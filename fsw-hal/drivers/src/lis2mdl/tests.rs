@@ -1,7 +1,7 @@
 use super::*;
 use crate::mock::{Access, Board, Counter};
 use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
-use fsw_hal::{LocalTime, MagnetometerError};
+use fsw_hal::{LocalTime, ReadingError};
 use lis2mdl_rs::blocking::I2CAddress;
 use proptest::prelude::*;
 use st_mems_bus::blocking::i2c::I2cBus;
@@ -89,7 +89,7 @@ fn a_sample_is_told_once_and_a_part_that_stopped_is_told_and_started_anew() {
     board.now_us.set(STALE_US + 1);
     let error = magnetometer.magnetic_field().unwrap_err();
     assert!(matches!(error, PartError::Stopped));
-    assert_eq!(fsw_hal::Error::<MagnetometerError>::kind(&error), MagnetometerError::Timeout);
+    assert_eq!(fsw_hal::Error::<ReadingError>::kind(&error), ReadingError::Timeout);
     board.transfers.borrow_mut().clear();
     assert_eq!(magnetometer.magnetic_field().unwrap(), None);
     assert_eq!(board.transfers.borrow()[0].0, [WHO_AM_I]);
@@ -112,7 +112,7 @@ fn what_is_wrong_with_the_part_is_told() {
     magnetometer.magnetic_field().unwrap();
     sample(&saturated, [0, i16::MIN, 0]);
     let error = magnetometer.magnetic_field().unwrap_err();
-    assert_eq!(fsw_hal::Error::<MagnetometerError>::kind(&error), MagnetometerError::Saturated);
+    assert_eq!(fsw_hal::Error::<ReadingError>::kind(&error), ReadingError::Saturated);
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn every_transaction_that_fails_is_told_and_the_next_call_starts_anew() {
         let error = first.and_then(|_| magnetometer.magnetic_field()).unwrap_err();
         let expected = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
         assert!(matches!(&error, PartError::Driver(Error::Bus(kind)) if *kind == expected));
-        assert_eq!(fsw_hal::Error::<MagnetometerError>::kind(&error), MagnetometerError::Bus);
+        assert_eq!(fsw_hal::Error::<ReadingError>::kind(&error), ReadingError::Bus);
         board.transfers.borrow_mut().clear();
         board.failing.set(None);
         magnetometer.magnetic_field().unwrap();

@@ -2,7 +2,7 @@ use super::*;
 use crate::mock::{Access, Board, Counter};
 use core::f32::consts::PI;
 use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
-use fsw_hal::{ClockError, LocalTime, RateSensorError};
+use fsw_hal::{ClockError, LocalTime, ReadingError};
 use lsm6dsv16x_rs::blocking::I2CAddress;
 use proptest::prelude::*;
 use st_mems_bus::blocking::i2c::I2cBus;
@@ -78,7 +78,7 @@ fn warm<'b>(board: &'b Board, mounting: Mounting) -> Part<'b> {
     gyro
 }
 
-fn kind(error: &PartError<Error<ErrorKind>>) -> RateSensorError {
+fn kind(error: &PartError<Error<ErrorKind>>) -> ReadingError {
     fsw_hal::Error::kind(error)
 }
 
@@ -133,7 +133,7 @@ fn samples_are_told_once_and_a_part_that_stopped_is_told_and_started_anew() {
     board.now_us.set(read_us + STALE_US + 1);
     let error = gyro.angular_rate().unwrap_err();
     assert!(matches!(error, PartError::Stopped));
-    assert_eq!(kind(&error), RateSensorError::Timeout);
+    assert_eq!(kind(&error), ReadingError::Timeout);
     board.transfers.borrow_mut().clear();
     assert_eq!(gyro.angular_rate().unwrap(), None);
     assert_eq!(board.transfers.borrow()[0].0, [WHO_AM_I]);
@@ -167,7 +167,7 @@ fn a_sample_at_the_end_of_its_scale_is_refused_and_the_part_goes_on() {
             samples[30][axis] = end;
             second(&board, samples);
             let error = gyro.angular_rate().unwrap_err();
-            assert_eq!(kind(&error), RateSensorError::Saturated);
+            assert_eq!(kind(&error), ReadingError::Saturated);
             board.transfers.borrow_mut().clear();
             second(&board, [[100; 3]; 60]);
             assert!(gyro.angular_rate().unwrap().is_some());
@@ -182,13 +182,13 @@ fn another_part_another_range_another_sample_and_a_reset_without_end_are_told() 
     another.set(WHO_AM_I, &[0x6C]);
     let error = gyro(&another, Mounting::ALIGNED).angular_rate().unwrap_err();
     assert!(matches!(error, PartError::WrongPart(0x6C)));
-    assert_eq!(kind(&error), RateSensorError::Bus);
+    assert_eq!(kind(&error), ReadingError::Bus);
 
     let endless = Board::new(0x6A, |_, _, _, _| ());
     endless.set(WHO_AM_I, &[0x70]);
     let error = gyro(&endless, Mounting::ALIGNED).angular_rate().unwrap_err();
     assert!(matches!(error, PartError::Reset));
-    assert_eq!(kind(&error), RateSensorError::Timeout);
+    assert_eq!(kind(&error), ReadingError::Timeout);
 
     let upset = board();
     let mut gyro = warm(&upset, Mounting::ALIGNED);
@@ -233,7 +233,7 @@ fn every_transaction_that_fails_is_told_and_the_next_call_starts_anew() {
         let error = fly(&board, &mut gyro).unwrap_err();
         let expected = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
         assert!(matches!(&error, PartError::Driver(Error::Bus(kind)) if *kind == expected));
-        assert_eq!(kind(&error), RateSensorError::Bus);
+        assert_eq!(kind(&error), ReadingError::Bus);
         board.transfers.borrow_mut().clear();
         board.failing.set(None);
         gyro.angular_rate().unwrap();
@@ -249,7 +249,7 @@ fn a_clock_that_fails_is_told() {
     board.clock_fails.set(true);
     let error = gyro.angular_rate().unwrap_err();
     assert!(matches!(error, PartError::Clock(ClockError::Timeout)));
-    assert_eq!(kind(&error), RateSensorError::Timeout);
+    assert_eq!(kind(&error), ReadingError::Timeout);
     board.clock_fails.set(false);
     assert!(gyro.angular_rate().unwrap().is_some());
 }

@@ -16,7 +16,7 @@ use fsw_core::telemetry::{EarthStatus, RateSource};
 use serde::{Serialize, Serializer};
 
 /// Version of the table: raised when a column is added or means something else.
-pub const VERSION: u32 = 7;
+pub const VERSION: u32 = 8;
 
 /// What a row is made from.
 #[derive(Clone, Copy, Debug)]
@@ -548,5 +548,20 @@ pub const COLUMNS: &[Columns] = &[
         "exposure that the image was asked for with; empty where the second needed no image",
         4,
         |of| one(f64::from(of.second.report.exposure_us?) * 1e-6),
+    ),
+    numbers(
+        &["magnetometer_zero_x_ut", "magnetometer_zero_y_ut", "magnetometer_zero_z_ut"],
+        ("uT", EARTH_PATH),
+        "zero of the magnetometer as stars and orbit have shown it; empty where it was not asked or gave no reading",
+        3,
+        |of| Some(wide(of.second.report.magnetometer?.zero_ut).to_vec()),
+    ),
+    numbers(&["magnetometer_zero_sigma_ut"], ("uT", ""), "standard deviation of its axes", 3, |of| {
+        one(of.second.report.magnetometer?.zero_sigma_ut)
+    }),
+    words(
+        &["magnetometer_used"],
+        "true where the attitude of the second rests on the magnetometer; empty where it was not asked",
+        |of| of.second.report.magnetometer.map_or(String::new(), |report| report.used.to_string()),
     ),
 ];

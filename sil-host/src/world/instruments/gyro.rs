@@ -14,7 +14,7 @@ use crate::world::motion::trajectory::Truth;
 use crate::world::noise::{Noise, Stream};
 use crate::world::random_walk;
 use fsw_core::attitude::filter::RateSensorNoise;
-use fsw_hal::{AngularRate, LocalTime, RateSensor, RateSensorError};
+use fsw_hal::{AngularRate, LocalTime, RateSensor, ReadingError};
 
 /// A slow turn, deg/s.
 const SLOW_DEG_S: f64 = 0.1;
@@ -109,14 +109,14 @@ pub struct Gyro<'a> {
 }
 
 impl fsw_hal::ErrorType for Gyro<'_> {
-    type Error = RateSensorError;
+    type Error = ReadingError;
 }
 
 impl RateSensor for Gyro<'_> {
-    fn angular_rate(&mut self) -> Result<Option<AngularRate>, RateSensorError> {
+    fn angular_rate(&mut self) -> Result<Option<AngularRate>, ReadingError> {
         let rate_deg_s = self.truth.body_rate_rad_s().map(f64::to_degrees);
         let reading = self.model.reading_deg_s(rate_deg_s, self.seed, self.cycle);
-        let rad_s = reading.ok_or(RateSensorError::Saturated)?.map(|value| value.to_radians() as f32);
+        let rad_s = reading.ok_or(ReadingError::Saturated)?.map(|value| value.to_radians() as f32);
         Ok(Some(AngularRate { instant: self.instant, rad_s }))
     }
 }

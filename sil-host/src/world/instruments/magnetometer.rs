@@ -11,7 +11,8 @@ use crate::world::attitude::{Vector, apply};
 use crate::world::motion::trajectory::Truth;
 use crate::world::noise::{Noise, Stream};
 use crate::world::random_walk;
-use fsw_hal::{LocalTime, MagneticField, Magnetometer, MagnetometerError};
+use fsw_core::magnetism::MagnetometerErrors;
+use fsw_hal::{LocalTime, MagneticField, Magnetometer, ReadingError};
 
 /// Steps of the zero's walk in the time its drift is given for.
 const STEPS_AN_HOUR: f64 = 3600.0;
@@ -25,19 +26,41 @@ pub struct MagnetometerModel {
     pub drift_ut_h: f64,
     /// The spacecraft's own field in body axes (hard iron), uT.
     pub hard_iron_ut: Vector,
+    /// How well it is known, an axis, uT: what the flight code is told.
+    pub zero_sigma_ut: f64,
     /// Step of the reading, uT; 0 for none.
     pub resolution_ut: f64,
     /// Greatest field along an axis, uT.
     pub range_ut: f64,
+    /// By how much the ring current weakens the field at the equator, uT: 0.02 on a quiet day.
+    pub ring_current_ut: f64,
 }
 
 impl Default for MagnetometerModel {
     fn default() -> Self {
-        Self { noise_ut: 0.2, drift_ut_h: 0.15, hard_iron_ut: [0.0; 3], resolution_ut: 0.043, range_ut: 80.0 }
+        Self {
+            noise_ut: 0.2,
+            drift_ut_h: 0.15,
+            hard_iron_ut: [0.0; 3],
+            zero_sigma_ut: 5.0,
+            resolution_ut: 0.043,
+            range_ut: 80.0,
+            ring_current_ut: 0.02,
+        }
     }
 }
 
 impl MagnetometerModel {
+    /// What the flight code's parameters say of it: its steps count as noise.
+    pub fn flight_errors(&self) -> MagnetometerErrors {
+        MagnetometerErrors {
+            noise_ut: self.noise_ut.hypot(self.resolution_ut / 12.0_f64.sqrt()).clamp(1e-3, 10.0) as f32,
+            zero_ut: self.zero_sigma_ut as f32,
+            walk_ut: (self.drift_ut_h / STEPS_AN_HOUR.sqrt()) as f32,
+            ..MagnetometerErrors::default()
+        }
+    }
+
     /// What the magnetometer reads in a cycle in a field of `field_ut` in body axes, uT; `None` beyond its
     /// range.
     pub fn reading_ut(&self, field_ut: Vector, seed: u64, cycle: u64) -> Option<Vector> {
@@ -71,15 +94,16 @@ pub struct BodyMagnetometer<'a> {
 }
 
 impl fsw_hal::ErrorType for BodyMagnetometer<'_> {
-    type Error = MagnetometerError;
+    type Error = ReadingError;
 }
 
 impl Magnetometer for BodyMagnetometer<'_> {
-    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, MagnetometerError> {
+    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, ReadingError> {
         let Truth { position_km, instant_us, earth_path, .. } = self.truth;
-        let field = apply(earth_path, field_ut(*position_km, *instant_us));
+        let field = field_ut(*position_km, *instant_us, self.model.ring_current_ut);
+        let field = apply(earth_path, field);
         let reading = self.model.reading_ut(field, self.seed, self.cycle);
-        let ut = reading.ok_or(MagnetometerError::Saturated)?.map(|value| value as f32);
+        let ut = reading.ok_or(ReadingError::Saturated)?.map(|value| value as f32);
         Ok(Some(MagneticField { instant: self.instant, ut }))
     }
 }

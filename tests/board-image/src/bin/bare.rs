@@ -6,12 +6,12 @@
 #[cfg(target_os = "none")]
 mod program {
     use board_image::board::{self, Bridge};
-    use board_image::flight::{self, Flight};
+    use board_image::flight::Flight;
     // Each brings something to the link: the interrupts' critical section, defmt's linker script, no panic.
     use cortex_m as _;
     use defmt as _;
     use fsw_core::telemetry::MAX_FRAME_BYTES;
-    use fsw_hal::{Clock, LocalTime, Magnetometer};
+    use fsw_hal::{Clock, LocalTime};
     use panic_never as _;
     use static_cell::ConstStaticCell;
 
@@ -29,7 +29,6 @@ mod program {
 
     fn fly() -> Option<()> {
         let (mut flight, frame) = (Flight::new(Bridge)?, FRAME.try_take()?);
-        let mut magnetometer = flight::magnetometer(Bridge);
         let mut second = 0;
         loop {
             second = wait_after(second);
@@ -37,8 +36,7 @@ mod program {
             for byte in frame.iter().take(length) {
                 while !board::send(*byte) {}
             }
-            let field = magnetometer.magnetic_field();
-            board::housekeeping(field.ok().flatten().map(|field| field.ut), magnetometer.temperature_c());
+            board::housekeeping(flight.temperature_c());
         }
     }
 

@@ -1,4 +1,4 @@
-//! An Embassy application: the flight is a task beside housekeeping and downlink.
+//! An Embassy application: the flight is a task beside the downlink.
 //!
 //! The flight code is one blocking call a second, so its task waits for the second's tick and then keeps the
 //! thread for as long as the second takes. What may not wait so long (a command link, the bus of the
@@ -8,7 +8,7 @@
 #[cfg(target_os = "none")]
 mod program {
     use board_image::board::{self, Bridge};
-    use board_image::flight::{self, Flight, Magnetometer};
+    use board_image::flight::Flight;
     use core::panic::PanicInfo;
     use cortex_m::peripheral::syst::SystClkSource;
     use cortex_m_rt::{entry, exception};
@@ -18,15 +18,13 @@ mod program {
     use embassy_sync::signal::Signal;
     use embassy_sync::zerocopy_channel::{Channel, Receiver, Sender};
     use fsw_core::telemetry::MAX_FRAME_BYTES;
-    use fsw_hal::Magnetometer as _;
     use static_cell::StaticCell;
 
     /// Ticks of SysTick a second.
     const TICKS: u32 = 100;
 
-    /// The second has come: to the flight, and to housekeeping.
+    /// The second has come.
     static SECOND: Signal<CriticalSectionRawMutex, ()> = Signal::new();
-    static HOUSEKEEPING: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
     /// A telemetry frame on its way to the downlink.
     struct Frame {
@@ -53,6 +51,7 @@ mod program {
                     let _ = flight.second(&mut []);
                 }
             }
+            board::housekeeping(flight.temperature_c());
         }
     }
 
@@ -67,16 +66,6 @@ mod program {
                 }
             }
             frames.receive_done();
-        }
-    }
-
-    /// Reads the magnetometer, which the flight code does not ask yet.
-    #[embassy_executor::task]
-    async fn housekeeping(mut magnetometer: Magnetometer) {
-        loop {
-            HOUSEKEEPING.wait().await;
-            let field = magnetometer.magnetic_field();
-            board::housekeeping(field.ok().flatten().map(|field| field.ut), magnetometer.temperature_c());
         }
     }
 
@@ -100,7 +89,6 @@ mod program {
         let mut core = cortex_m::Peripherals::take()?;
         spawner.spawn(fly(Flight::new(Bridge)?, sender).ok()?);
         spawner.spawn(downlink(receiver).ok()?);
-        spawner.spawn(housekeeping(flight::magnetometer(Bridge)).ok()?);
         core.SYST.set_clock_source(SystClkSource::Core);
         core.SYST.set_reload(board::CORE_HZ / TICKS - 1);
         core.SYST.clear_current();
@@ -134,7 +122,6 @@ mod program {
         if *TICK == TICKS {
             *TICK = 0;
             SECOND.signal(());
-            HOUSEKEEPING.signal(());
         }
     }
 }
