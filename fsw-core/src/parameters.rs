@@ -27,7 +27,7 @@ pub use fsw_ground::table;
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
 pub const VERSION: u8 = 23;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
-pub const CHECKSUM: u32 = 0x53A0_6266;
+pub const CHECKSUM: u32 = 0x5584_1EF4;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 /// The ellipsoid of another body than the Earth is within this share of its radius.
@@ -80,6 +80,9 @@ parameter_group! {
         /// Largest standard deviation with which an attitude that is only carried on is reported.
         carried_sigma_rad: f32 = 0.01, 1e-4..=0.1, "rad",
             "30 px of the reference camera: beyond the widest gate, 24 px, no window would show its star";
+        /// Angular acceleration of the manoeuvres that may begin while no star is seen; 0: none does. Without a
+        /// rate sensor an attitude that is only carried on has an error of half of it by the square of its age.
+        manoeuvre_rad_s2: f32 = 0.0, 0.0..=1.0, "rad/s^2", "none: who turns without stars has a gyro";
     }
 }
 

@@ -67,7 +67,6 @@ use fsw_hal::detector::ByKind;
 use fsw_hal::{
     Clock, Detector, DetectorError, Error, LocalTime, Magnetometer, RateSensor, Shutter, Stage, StageMeter,
 };
-use magnetism::Field;
 use propagation::Ephemeris;
 use record::{Events, Record, StarRecord};
 use scrubbing::{Scrubber, Seal, Spare};
@@ -289,28 +288,16 @@ impl<'c> Sensor<'c> {
         let ephemeris = self.update_ephemeris(&record.time, &mut record.fix, &mut record.events);
         meter.end(Stage::Orbit);
         let shut_out = self.rate_sensor_is_shut_out();
-        if shut_out {
-            record.rate_sensor_fault = Some(ReadingFault::ShutOut);
-        } else if self.needs_rate() {
-            let reading = rate_sensor.angular_rate().map_err(|error| error.kind());
-            let reading = reading.map(|reading| reading.map(|rate| (rate.instant, rate.rad_s)));
-            record.rate_sensor_fault = self.propagate_gyro(reading);
-        }
-        let field = match self.needs_field() {
-            true => {
-                let reading = magnetometer.magnetic_field().map_err(|error| error.kind());
-                let reading = reading.map(|reading| reading.map(|field| (field.instant, field.ut)));
-                self.read_field(reading, ephemeris.as_ref(), &mut record)
-            }
-            false => None,
-        };
-        self.observe(detector, *meter, (image, field.as_ref()), ephemeris.as_ref(), &mut record);
+        self.ask_rate_sensor(*rate_sensor, &mut record);
+        self.ask_magnetometer(*magnetometer, ephemeris.as_ref(), &mut record);
+        self.observe(detector, *meter, image, ephemeris.as_ref(), &mut record);
         self.shut_against_sun(image, ephemeris.as_ref(), &record.stars);
         if self.rate_sensor_is_shut_out() && !shut_out {
             record.events.note(Event::RateSensorShutOut);
         }
         self.conclude_second(*meter, &mut record);
-        record.report(&self.workspace.measured, &self.catalogue, self.workspace.shared.limb_points())
+        let stars = (&self.workspace.measured[..], &self.catalogue);
+        record.report(stars, self.workspace.shared.limb_points(), &self.magnetism)
     }
 
     /// The parameter table in force.
@@ -347,20 +334,50 @@ impl<'c> Sensor<'c> {
         self.earth_misses = 0;
     }
 
+    /// Propagates the attitude by the rate sensor, where there is one to be asked.
+    #[inline(never)]
+    fn ask_rate_sensor(&mut self, rate_sensor: &mut impl RateSensor, record: &mut Record) {
+        if self.rate_sensor_is_shut_out() {
+            record.rate_sensor_fault = Some(ReadingFault::ShutOut);
+        } else if self.needs_rate() {
+            let reading = rate_sensor.angular_rate().map_err(|error| error.kind());
+            let reading = reading.map(|reading| reading.map(|rate| (rate.instant, rate.rad_s)));
+            record.rate_sensor_fault = self.propagate_gyro(reading);
+        }
+    }
+
+    /// Takes the magnetic field of the second, where there is a magnetometer to be asked and an orbit.
+    #[inline(never)]
+    fn ask_magnetometer(
+        &mut self,
+        magnetometer: &mut impl Magnetometer,
+        ephemeris: Option<&Ephemeris>,
+        record: &mut Record,
+    ) {
+        let (Some(errors), Some(_)) = (self.parameters.magnetometer, self.orbit.state()) else { return };
+        self.magnetism.propagate(1.0, &errors);
+        if self.magnetism.is_shut_out() {
+            record.magnetometer_fault = Some(ReadingFault::ShutOut);
+        } else {
+            let reading = magnetometer.magnetic_field().map_err(|error| error.kind());
+            let reading = reading.map(|reading| reading.map(|field| (field.instant, field.ut)));
+            self.take_field(reading, ephemeris, record);
+        }
+    }
+
     /// What is done with the image: stars first, then the Earth.
     fn observe(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
-        (image, field): (Image, Option<&Field>),
+        image: Image,
         ephemeris: Option<&Ephemeris>,
         record: &mut Record,
     ) {
         let mode = record.mode;
         record.image_fault = image.fault();
-        let without_stars = image != Image::Taken || !self.shutting.open().star();
-        if let Some(field) = field.filter(|_| without_stars) {
-            self.hold_by_field(field, record);
+        if image != Image::Taken || !self.shutting.open().star() {
+            self.hold_by_field(record);
         }
         let observed = self.observe_stars(detector, meter, (mode, image), ephemeris, &mut record.stars);
         record.detector_fault = observed.err();
@@ -371,10 +388,8 @@ impl<'c> Sensor<'c> {
             record.events.note(Event::SunInPath);
         }
         self.propagate_in_outage(mode);
-        if let Some((attitude, field)) = record.stars.own_attitude().zip(field) {
-            self.learn_zero(field, &attitude, record);
-        }
         if let Some((attitude, ephemeris)) = record.stars.own_attitude().zip(ephemeris) {
+            self.learn_zero(record);
             match self.measure_earth(detector, meter, ephemeris, &attitude, &mut record.events) {
                 Ok((looked, fix)) => {
                     record.earth = looked;
@@ -383,7 +398,7 @@ impl<'c> Sensor<'c> {
                 Err(error) => record.detector_fault = Some(error.into()),
             }
         } else if let (Some(Outcome::StarPathShut), Some(ephemeris)) = (record.stars.outcome, ephemeris) {
-            let observed = self.observe_earth_alone(detector, meter, ephemeris, field, record);
+            let observed = self.observe_earth_alone(detector, meter, ephemeris, record);
             record.detector_fault = observed.err().map(DetectorFault::from);
         }
     }

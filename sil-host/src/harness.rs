@@ -259,7 +259,7 @@ impl<'a, F: FlightCode> Flight<'a, F> {
             None => faults::command(&self.faults, scenario.seed, cycle),
         };
         let mut gyro = gyro_of(scenario, (cycle, local), &truth, &self.faults);
-        let mut magnetometer = magnetometer_of(scenario, (cycle, local), &truth);
+        let mut magnetometer = magnetometer_of(scenario, (cycle, local), &truth, &self.faults);
         let report = self.flight_code.second(
             &mut Instruments {
                 detector: &mut detector,
@@ -326,14 +326,33 @@ fn gyro_of<'t>(
     Some(DrivenGyro { gyro, believed: &scenario.believed, faults, cycle })
 }
 
+/// The magnetometer with its faults.
+struct FaultyMagnetometer<'t> {
+    magnetometer: BodyMagnetometer<'t>,
+    faults: &'t [Fault],
+    cycle: u32,
+}
+
+impl fsw_hal::ErrorType for FaultyMagnetometer<'_> {
+    type Error = ReadingError;
+}
+
+impl Magnetometer for FaultyMagnetometer<'_> {
+    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, ReadingError> {
+        Ok(faults::faulty_field(self.faults, self.cycle, self.magnetometer.magnetic_field()?))
+    }
+}
+
 /// The magnetometer in a second, where there is one.
 fn magnetometer_of<'t>(
     scenario: &'t Scenario,
     (cycle, instant): (u32, LocalTime),
     truth: &'t Truth,
-) -> Option<BodyMagnetometer<'t>> {
+    faults: &'t [Fault],
+) -> Option<FaultyMagnetometer<'t>> {
     let model = scenario.magnetometer.as_ref()?;
-    Some(BodyMagnetometer { model, seed: scenario.seed, cycle: cycle.into(), instant, truth })
+    let magnetometer = BodyMagnetometer { model, seed: scenario.seed, cycle: cycle.into(), instant, truth };
+    Some(FaultyMagnetometer { magnetometer, faults, cycle })
 }
 
 /// Makes the scenario's flight in the world and hands it to `fly`, which lets its seconds go by.

@@ -60,6 +60,7 @@ use crate::world::instruments::magnetometer::MagnetometerModel;
 use crate::world::motion::Motion;
 use crate::world::motion::jitter::{Jitter, JitterModel};
 use crate::world::motion::pointing::{Mount, Pointing};
+use crate::world::motion::slew::Slew;
 use crate::world::motion::trajectory::Trajectory;
 use crate::world::orbit::{Forces, TruthOrbit, mu_km3_s2};
 use crate::world::scene::{Scene, SceneSettings};
@@ -71,7 +72,7 @@ use crate::world::vector::{plus, transposed};
 use fsw_core::image::calibration::Calibration;
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::parameters::{Misalignment, OrbitParameters};
-use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters};
+use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters, TrackingParameters};
 use fsw_core::shutting::{ShutterParameters, Shutters};
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_hal::OpenPaths;
@@ -365,6 +366,8 @@ impl Scenario {
         // What is beyond the parameters' range flies with its end.
         let [drag_m2_kg, radiation_m2_kg] =
             [self.forces.drag_m2_kg(), self.forces.radiation_m2_kg()].map(|share| share.min(10.0) as f32);
+        let manoeuvre_rad_s2 = self.pointing.slews.iter().map(Slew::peak_rad_s2).fold(0.0, f64::max).min(1.0);
+        let tracking = TrackingParameters { manoeuvre_rad_s2: manoeuvre_rad_s2 as f32, ..defaults.tracking };
         let mut orbit = OrbitParameters { drag_m2_kg, radiation_m2_kg, ..defaults.orbit };
         orbit.observation = self.orbit_filter.observation.unwrap_or(orbit.observation);
         if let Some(sigma_deg) = self.orbit_filter.misalignment_sigma_deg {
@@ -373,6 +376,7 @@ impl Scenario {
         }
         Parameters {
             identification,
+            tracking,
             orbit,
             rate_sensor,
             magnetometer: self.magnetometer.as_ref().map(MagnetometerModel::flight_errors),

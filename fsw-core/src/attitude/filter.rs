@@ -231,6 +231,11 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
     }
 
+    /// Whether a rate sensor measures how it turns.
+    pub fn has_rate_sensor(&self) -> bool {
+        self.sensor.is_some()
+    }
+
     /// Whether the turning can be carried on without images: a rate sensor measures it, or no image
     /// contradicted the prediction since some seconds before the last attitude.
     pub fn is_steady(&self) -> bool {

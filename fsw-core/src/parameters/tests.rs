@@ -60,6 +60,7 @@ const PLACES: &[Place] = places![
     tracking.gate_px,
     tracking.fewest_stars,
     tracking.carried_sigma_rad,
+    tracking.manoeuvre_rad_s2,
     earth.ellipsoid.equatorial_km,
     earth.ellipsoid.polar_km,
     earth.limb.height_km,
@@ -284,8 +285,8 @@ fn no_field_of_the_table_escapes_the_rows() {
         _ => 1,
     };
     let rows: usize = GROUPS.into_iter().flatten().map(row).sum();
-    // That there are a rate sensor and shutters.
-    assert_eq!(bytes, camera + rows + 2);
+    // That there are a rate sensor, a magnetometer and shutters.
+    assert_eq!(bytes, camera + rows + 3);
 }
 
 #[test]

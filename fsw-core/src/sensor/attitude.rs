@@ -5,7 +5,7 @@ use super::Sensor;
 use super::freshness::{Age, Solved};
 use super::record::{Solution, StarRecord};
 use super::timekeeping::SECOND_US;
-use crate::attitude::filter::Filter;
+use crate::attitude::filter::{Filter, seconds};
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::order::fill;
 use crate::stars::confirm::Confirmed;
@@ -109,7 +109,8 @@ impl Sensor<'_> {
     pub(super) fn propagated(&self, predicted: bool) -> Option<Solution> {
         let motion = self.motion.as_ref().filter(|motion| !predicted || motion.is_steady())?;
         let (attitude, sigma_rad) = motion.at(self.now)?;
-        let sigma_rad = self.with_common_errors(sigma_rad);
+        let turned_rad = self.manoeuvred_rad(motion);
+        let sigma_rad = self.with_common_errors(sigma_rad).map(|sigma| libm::hypotf(sigma, turned_rad));
         let limit_rad = self.parameters.tracking.carried_sigma_rad;
         sigma_rad.iter().all(|sigma| *sigma <= limit_rad).then(|| Solution {
             attitude: AttitudeReport {
@@ -123,6 +124,12 @@ impl Sensor<'_> {
             focal_ratio: None,
             predicted,
         })
+    }
+
+    /// By how much a manoeuvre may have turned it since the last image, one sigma an axis, rad.
+    fn manoeuvred_rad(&self, motion: &Filter<2>) -> f32 {
+        let age_s = if motion.has_rate_sensor() { 0.0 } else { seconds(motion.age_us(self.now)) };
+        0.5 * self.parameters.tracking.manoeuvre_rad_s2 * age_s * age_s
     }
 
     /// Whether the attitude predicted for the next second is within the gate about predicted stars, at three

@@ -4,7 +4,6 @@ mod alone;
 mod held;
 
 use super::Sensor;
-use super::magnetism::Field;
 use super::propagation::Ephemeris;
 use super::record::{EarthRecord, Events, FixRecord, Looked, Record};
 use super::workspace::Readout;
@@ -141,16 +140,15 @@ impl Sensor<'_> {
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
         ephemeris: &Ephemeris,
-        field: Option<&Field>,
         record: &mut Record,
     ) -> Result<(), DetectorError> {
         if record.stars.solution.is_some() {
             record.earth = self.hold_by_earth(detector, meter, ephemeris)?;
             record.stars.solution = self.propagated(true);
         } else {
-            let (earth, solution, is_magnetic) = self.attitude_by_earth(detector, meter, ephemeris, field)?;
-            (record.earth, record.stars.solution) = (earth, solution);
-            record.note_field_used(is_magnetic);
+            let field = record.field.as_ref();
+            (record.earth, record.stars.solution, record.field_used) =
+                self.attitude_by_earth(detector, meter, ephemeris, field)?;
         }
         Ok(())
     }

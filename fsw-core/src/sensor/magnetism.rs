@@ -13,10 +13,10 @@ use super::attitude::sigma_across;
 use super::propagation::{Ephemeris, Reading, usable};
 use super::record::Record;
 use crate::attitude::VectorPair;
-use crate::frames::{Direction, Icrs, Rotation, StarPath};
-use crate::magnetism::{CONTRADICTION, MagnetometerErrors};
+use crate::frames::Direction;
+use crate::magnetism::CONTRADICTION;
 use crate::orbit::geomagnetism;
-use crate::telemetry::{AttitudeReport, Event, MagnetometerReport, ReadingFault};
+use crate::telemetry::Event;
 use nalgebra::Vector3;
 
 /// Largest standard deviation of a field that is taken for a direction, rad: 10 deg.
@@ -28,62 +28,45 @@ const BY_DISTANCE: f32 = 3.0;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Field {
     /// The reading, Earth path, uT.
-    reading_ut: Vector3<f32>,
+    pub(super) reading_ut: Vector3<f32>,
     /// The field where the orbit has the satellite.
     expected_ut: Vector3<f32>,
     /// Its standard deviation, an axis, uT.
     sigma_ut: f32,
-    errors: MagnetometerErrors,
 }
 
 impl Sensor<'_> {
-    /// Whether the magnetometer is asked.
-    pub(super) fn needs_field(&self) -> bool {
-        self.parameters.magnetometer.is_some() && self.orbit.state().is_some()
-    }
-
-    /// The field of this second by a reading; none without an orbit that is told.
+    /// Takes a reading for this second's field.
     #[inline(never)]
-    pub(super) fn read_field(
+    pub(super) fn take_field(
         &mut self,
         reading: Reading,
         ephemeris: Option<&Ephemeris>,
         record: &mut Record,
-    ) -> Option<Field> {
-        let errors = self.parameters.magnetometer?;
-        self.magnetism.propagate(1.0, &errors);
-        if self.magnetism.is_shut_out() {
-            record.magnetometer_fault = Some(ReadingFault::ShutOut);
-            return None;
-        }
+    ) {
         let reading = usable(reading, self.now);
         record.magnetometer_fault = reading.err();
-        let (place_km, covariance_km2) =
-            self.orbit.place(self.parameters.orbit.body, ephemeris?.terrestrial_us)?;
-        let expected_ut = geomagnetism::flux_density_ut(&place_km, ephemeris?.terrestrial_us);
+        if let (Ok(reading_ut), Some(ephemeris)) = (reading, ephemeris) {
+            record.field = self.field(reading_ut, ephemeris.terrestrial_us);
+        }
+    }
+
+    /// The field by the orbit beside a reading.
+    fn field(&self, reading_ut: Vector3<f32>, terrestrial_us: i64) -> Option<Field> {
+        let errors = self.parameters.magnetometer?;
+        let (place_km, covariance_km2) = self.orbit.place(self.parameters.orbit.body, terrestrial_us)?;
+        let expected_ut = geomagnetism::flux_density_ut(&place_km, terrestrial_us);
         let share = libm::sqrtf((covariance_km2.trace() / place_km.norm_squared()).max(0.0) as f32);
         let by_place_ut = BY_DISTANCE * share * expected_ut.norm();
-        let field = Field {
-            reading_ut: reading.ok()?,
-            expected_ut,
-            sigma_ut: libm::hypotf(errors.field_ut, by_place_ut),
-            errors,
-        };
-        let zero_ut = self.magnetism.zero_ut();
-        record.magnetometer = Some(MagnetometerReport {
-            field_ut: (field.reading_ut - zero_ut).into(),
-            zero_ut: zero_ut.into(),
-            zero_sigma_ut: self.magnetism.zero_sigma_ut(),
-            used: false,
-        });
-        Some(field)
+        Some(Field { reading_ut, expected_ut, sigma_ut: libm::hypotf(errors.field_ut, by_place_ut) })
     }
 
     /// The field as a direction: seen in the star path, and as it should be; with the standard deviation of
     /// one reading. `None` where it is too weak, or not as strong as it should be.
     pub(super) fn magnetic_direction(&self, field: &Field) -> Option<VectorPair> {
+        let errors = self.parameters.magnetometer?;
         let seen_ut = field.reading_ut - self.magnetism.zero_ut();
-        let sigma_ut = self.magnetism.sigma_ut(&field.errors, field.sigma_ut);
+        let sigma_ut = self.magnetism.sigma_ut(&errors, field.sigma_ut);
         let strength_ut = field.expected_ut.norm();
         let off_ut = libm::fabsf(seen_ut.norm() - strength_ut);
         let sigma_rad = sigma_ut / strength_ut;
@@ -100,9 +83,10 @@ impl Sensor<'_> {
 
     /// Holds the attitude that is carried on to the field of a second without stars.
     #[inline(never)]
-    pub(super) fn hold_by_field(&mut self, field: &Field, record: &mut Record) {
+    pub(super) fn hold_by_field(&mut self, record: &mut Record) {
+        let (Some(field), Some(errors)) = (&record.field, &self.parameters.magnetometer) else { return };
         let Some(seen) = self.magnetic_direction(field) else { return };
-        let averaged_ut = self.magnetism.averaged_sigma_ut(&field.errors, field.sigma_ut);
+        let averaged_ut = self.magnetism.averaged_sigma_ut(errors, field.sigma_ut);
         let (now, Some(motion)) = (self.now, &mut self.motion) else { return };
         let Some((attitude, sigma_rad)) = motion.at(now) else { return };
         let across_rad = sigma_across(sigma_rad, seen.measured.vector());
@@ -112,18 +96,17 @@ impl Sensor<'_> {
             return;
         }
         let averaged = VectorPair { sigma_rad: averaged_ut / field.expected_ut.norm(), ..seen };
-        let used = motion.measurement_update_direction(&averaged, now);
-        record.note_field_used(used);
+        record.field_used = motion.measurement_update_direction(&averaged, now);
     }
 
     /// Learns the magnetometer's zero in a second whose own stars gave the attitude.
     #[inline(never)]
-    pub(super) fn learn_zero(&mut self, field: &Field, attitude: &AttitudeReport, record: &mut Record) {
-        let Some(attitude) = Rotation::<Icrs, StarPath>::from_quaternion(attitude.quaternion) else {
-            return;
-        };
+    pub(super) fn learn_zero(&mut self, record: &mut Record) {
+        let (Some(field), Some(errors)) = (&record.field, &self.parameters.magnetometer) else { return };
+        let carried = self.motion.as_ref().and_then(|motion| motion.at(self.now));
+        let Some((attitude, _)) = carried else { return };
         let in_path = self.mounting().matrix() * (attitude.matrix() * field.expected_ut);
-        self.magnetism.learn(&(field.reading_ut - in_path), &field.errors, field.sigma_ut);
+        self.magnetism.learn(&(field.reading_ut - in_path), errors, field.sigma_ut);
         if self.magnetism.is_shut_out() {
             record.events.note(Event::MagnetometerShutOut);
         }

@@ -1,11 +1,13 @@
 //! The record of a second: what each stage returned. The [`Report`] is made of it here, once, at the end of
 //! the second; no stage reads what another one has put into the record but by its arguments.
 
+use super::magnetism::Field;
 use super::timekeeping::Time;
 use crate::catalog::Catalogue;
 use crate::command::CommandOutcome;
 use crate::earth::{EarthFix, FitError, LimbPoint};
 use crate::image::scan::Detections;
+use crate::magnetism::Magnetism;
 use crate::modes::{Mode, ModeInputs};
 use crate::orbit::filter::Nis;
 use crate::order::fill;
@@ -175,7 +177,9 @@ pub(super) struct Record {
     pub(super) orbit: Option<OrbitReport>,
     pub(super) local: Option<LocalAttitude>,
     pub(super) next_state: Option<NextState>,
-    pub(super) magnetometer: Option<MagnetometerReport>,
+    /// The magnetic field by magnetometer and orbit, and whether the attitude rests on it.
+    pub(super) field: Option<Field>,
+    pub(super) field_used: bool,
     pub(super) command: Option<CommandOutcome>,
     pub(super) events: Events,
 }
@@ -200,16 +204,10 @@ impl Record {
             orbit: None,
             local: None,
             next_state: None,
-            magnetometer: None,
+            field: None,
+            field_used: false,
             command: None,
             events,
-        }
-    }
-
-    /// Notes whether the attitude of this second rests on the magnetic field.
-    pub(super) fn note_field_used(&mut self, used: bool) {
-        if let Some(report) = &mut self.magnetometer {
-            report.used = used;
         }
     }
 
@@ -228,13 +226,14 @@ impl Record {
         }
     }
 
-    /// The report: stars by what was `measured` and the `catalogue`, limb points from those of the image.
+    /// The report: stars by what was `measured` and the `catalogue`, limb points from those of the image, the
+    /// magnetometer as it is known.
     #[inline(never)]
     pub(super) fn report(
         &self,
-        measured: &[MeasuredStar],
-        catalogue: &Catalogue,
+        (measured, catalogue): (&[MeasuredStar], &Catalogue),
         limb: &[LimbPoint],
+        magnetism: &Magnetism,
     ) -> Report {
         let Self { time, stars, earth: EarthRecord { looked: earth, .. }, .. } = self;
         let solution = stars.solution.as_ref();
@@ -274,7 +273,12 @@ impl Record {
             rate: stars.rate,
             command: self.command,
             next_state: self.next_state,
-            magnetometer: self.magnetometer,
+            magnetometer: self.field.map(|field| MagnetometerReport {
+                field_ut: (field.reading_ut - magnetism.zero_ut()).into(),
+                zero_ut: magnetism.zero_ut().into(),
+                zero_sigma_ut: magnetism.zero_sigma_ut(),
+                used: self.field_used,
+            }),
         };
         let recognised = |found: &Match| {
             let (seen, star) = (measured.get(usize::from(found.measured))?, catalogue.star(found.star)?);

@@ -22,12 +22,16 @@
 //! | `proton-storm` | so many more protons hit in every exposure: [`crate::world::scene::Scene::storm`] |
 //! | `gyro-offset` | the gyro reads so much more about each axis |
 //! | `gyro-silent` | the gyro gives no reading |
+//! | `magnetometer-offset` | the magnetometer reads so much more along each axis |
+//! | `magnetometer-silent` | the magnetometer gives no reading |
 //! | `shutter-stuck` | the shutters stay where they are, and their driver does not know |
 //! | `restart` | the spacecraft's command to restart: attitude, orbit and what was learned are forgotten |
 
 use crate::world::noise::{Noise, Stream};
 use fsw_core::sensor::Command;
-use fsw_hal::{AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, Window};
+use fsw_hal::{
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, MagneticField, Window,
+};
 
 /// What is broken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,6 +66,10 @@ pub enum FaultKind {
     GyroOffset(f64),
     /// The gyro gives no reading.
     GyroSilent,
+    /// The magnetometer reads so much more along each axis, uT.
+    MagnetometerOffset(f64),
+    /// The magnetometer gives no reading.
+    MagnetometerSilent,
     /// The shutters do not move.
     ShutterStuck,
     /// The spacecraft commands a restart, with this probability a second.
@@ -87,6 +95,8 @@ impl FaultKind {
             Self::ProtonStorm(_) => "proton-storm",
             Self::GyroOffset(_) => "gyro-offset",
             Self::GyroSilent => "gyro-silent",
+            Self::MagnetometerOffset(_) => "magnetometer-offset",
+            Self::MagnetometerSilent => "magnetometer-silent",
             Self::ShutterStuck => "shutter-stuck",
             Self::Restart(_) => "restart",
         }
@@ -179,6 +189,19 @@ pub fn faulty_rate(faults: &[Fault], cycle: u32, reading: Option<AngularRate>) -
             rad_s: rad_s.map(|axis| axis + deg_s.to_radians() as f32),
         }),
         FaultKind::GyroSilent => None,
+        _ => reading,
+    })
+}
+
+/// The magnetometer's reading of a second, with its faults.
+pub fn faulty_field(faults: &[Fault], cycle: u32, reading: Option<MagneticField>) -> Option<MagneticField> {
+    let acting = faults.iter().filter(|fault| fault.acts_in(cycle));
+    acting.fold(reading, |reading, fault| match fault.kind {
+        FaultKind::MagnetometerOffset(off_ut) => reading.map(|MagneticField { instant, ut }| MagneticField {
+            instant,
+            ut: ut.map(|axis| axis + off_ut as f32),
+        }),
+        FaultKind::MagnetometerSilent => None,
         _ => reading,
     })
 }

@@ -3,9 +3,8 @@
 //! Every entry has `kind`, `from_s` and `until_s` (the second after the last). `time-out`, `dropped-window`,
 //! `late-frame`, `doubled-image`, `wrong-geometry`, `bit-flips` and `restart` take `share`, a probability
 //! (default 1; bit flips have none); `stuck-row` takes `row`; `noise-burst` takes `sigma_dn`; `late-image` takes
-//! `late_s`, `clock-step` `step_s`, `proton-storm` `hits` and `gyro-offset` `rate_deg_s`; `clock-invalid`,
-//! `blinded`, `gyro-silent` and
-//! `shutter-stuck` take nothing. See [`crate::harness::faults`] for what each does.
+//! `late_s`, `clock-step` `step_s`, `proton-storm` `hits`, `gyro-offset` `rate_deg_s` and `magnetometer-offset`
+//! `field_ut`; `clock-invalid`, `blinded`, `gyro-silent`, `magnetometer-silent` and `shutter-stuck` take nothing. See [`crate::harness::faults`] for what each does.
 
 use super::text::Text;
 use crate::error::HostError;
@@ -20,6 +19,7 @@ const SIGMA_DN: (f64, f64) = (0.0, 65_535.0);
 const LATE_S: (f64, f64) = (0.0, 60.0);
 const STEP_S: (f64, f64) = (-86_400.0, 86_400.0);
 const RATE_DEG_S: (f64, f64) = (-100.0, 100.0);
+const FIELD_UT: (f64, f64) = (-1000.0, 1000.0);
 const ROW: (i64, i64) = (0, u16::MAX as i64);
 const HITS: (i64, i64) = (0, 100_000);
 
@@ -36,6 +36,7 @@ pub(super) struct RawFault {
     step_s: Option<Spanned<f64>>,
     hits: Option<Spanned<i64>>,
     rate_deg_s: Option<Spanned<f64>>,
+    field_ut: Option<Spanned<f64>>,
 }
 
 /// Reads the `[[faults]]` of a run of `duration_s`.
@@ -64,14 +65,16 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         | "restart" => "share",
         "late-image" => "late_s",
         "clock-step" => "step_s",
-        "clock-invalid" | "blinded" | "gyro-silent" | "shutter-stuck" => "",
+        "clock-invalid" | "blinded" | "gyro-silent" | "magnetometer-silent" | "shutter-stuck" => "",
         "proton-storm" => "hits",
         "gyro-offset" => "rate_deg_s",
+        "magnetometer-offset" => "field_ut",
         "stuck-row" => "row",
         "noise-burst" => "sigma_dn",
         _ => {
             let to_do = "use time-out, dropped-window, late-frame, doubled-image, late-image, clock-step, clock-invalid, \
-                         wrong-geometry, stuck-row, bit-flips, noise-burst, blinded, proton-storm, gyro-offset, gyro-silent, shutter-stuck or restart";
+                         wrong-geometry, stuck-row, bit-flips, noise-burst, blinded, proton-storm, gyro-offset, gyro-silent, \
+                         magnetometer-offset, magnetometer-silent, shutter-stuck or restart";
             let what = format!("`{word}` is no fault");
             return Err(text.fault(raw.kind.span().start, "faults.kind", &what, to_do));
         }
@@ -84,6 +87,7 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         ("step_s", raw.step_s.as_ref().map(Spanned::span)),
         ("hits", raw.hits.as_ref().map(Spanned::span)),
         ("rate_deg_s", raw.rate_deg_s.as_ref().map(Spanned::span)),
+        ("field_ut", raw.field_ut.as_ref().map(Spanned::span)),
     ];
     for (key, span) in given {
         match span {
@@ -113,6 +117,7 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
         "clock-invalid" => FaultKind::ClockInvalid,
         "blinded" => FaultKind::Blinded,
         "gyro-silent" => FaultKind::GyroSilent,
+        "magnetometer-silent" => FaultKind::MagnetometerSilent,
         "shutter-stuck" => FaultKind::ShutterStuck,
         "proton-storm" => {
             FaultKind::ProtonStorm(text.whole("faults.hits", raw.hits.as_ref(), 0, HITS)? as u32)
@@ -122,6 +127,12 @@ fn kind(text: &Text<'_>, raw: &RawFault) -> Result<FaultKind, HostError> {
             raw.rate_deg_s.as_ref(),
             0.0,
             RATE_DEG_S,
+        )?),
+        "magnetometer-offset" => FaultKind::MagnetometerOffset(text.number(
+            "faults.field_ut",
+            raw.field_ut.as_ref(),
+            0.0,
+            FIELD_UT,
         )?),
         "wrong-geometry" => FaultKind::WrongGeometry(share),
         "bit-flips" => FaultKind::BitFlips(share),

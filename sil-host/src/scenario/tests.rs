@@ -219,6 +219,8 @@ fn faults_are_read_and_their_mistakes_named() {
     for (own, kind) in [
         ("kind = \"blinded\"", FaultKind::Blinded),
         ("kind = \"gyro-silent\"", FaultKind::GyroSilent),
+        ("kind = \"magnetometer-silent\"", FaultKind::MagnetometerSilent),
+        ("kind = \"magnetometer-offset\"\nfield_ut = 20.0", FaultKind::MagnetometerOffset(20.0)),
         ("kind = \"restart\"", FaultKind::Restart(1.0)),
         ("kind = \"restart\"\nshare = 0.1", FaultKind::Restart(0.1)),
         ("kind = \"proton-storm\"\nhits = 3000", FaultKind::ProtonStorm(3000)),

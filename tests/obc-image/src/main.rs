@@ -28,6 +28,7 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 use figures::Figures;
 use flight::{Flight, StartError};
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
+use fsw_core::sensor::Sensor;
 use host::{File, HostError, Mode};
 use panic_never as _;
 use recorded::{FrameFileError, RecordedDetector};
@@ -108,19 +109,22 @@ fn main() -> ! {
 
 /// Opens what the command line names, flies every frame and reports.
 fn run() -> Result<Flight, InputError> {
-    let (mut detector, parameters, mut telemetry, mut commands) = open()?;
+    let (sensor, mut detector, mut telemetry, mut commands) = start()?;
     let seconds = detector.frames();
-    let sensor = flight::sensor(parameters).map_err(InputError::Refused)?;
     let flight = flight::fly(sensor, &mut detector, seconds, &mut telemetry, &mut commands);
     let flight = flight.map_err(InputError::Refused)?;
     report(&flight)?;
     Ok(flight)
 }
 
-/// The detector, the parameters and the telemetry file that the command line names. Not inlined, nor is
-/// [`report`]: their buffers would lie under the flight's stack and be measured with it.
+/// What flies, by the files that the command line names: the sensor, the detector, where telemetry goes and
+/// where commands come from.
+type Started = (&'static mut Sensor<'static>, RecordedDetector, File, Option<Commands>);
+
+/// Starts the sensor. Not inlined, nor is [`report`]: parameters and buffers would lie under the flight's stack
+/// and be measured with it.
 #[inline(never)]
-fn open() -> Result<(RecordedDetector, Parameters, File, Option<Commands>), InputError> {
+fn start() -> Result<Started, InputError> {
     let mut command_line = [0; host::COMMAND_LINE_BYTES];
     let mut arguments = host::arguments(&mut command_line);
     let frames = arguments.next().ok_or(InputError::Usage)?;
@@ -141,7 +145,9 @@ fn open() -> Result<(RecordedDetector, Parameters, File, Option<Commands>), Inpu
     let length = File::open(parameters, Mode::Read).and_then(|mut file| file.read_some(&mut table));
     let table = table.get(..length.map_err(|HostError| InputError::Parameters)?).unwrap_or(&[]);
     let parameters = Parameters::decode(table).map_err(|_| InputError::Parameters)?;
-    Ok((RecordedDetector::open(frames)?, parameters, File::open(telemetry, Mode::Write)?, commands))
+    let (detector, telemetry) = (RecordedDetector::open(frames)?, File::open(telemetry, Mode::Write)?);
+    let sensor = flight::sensor(parameters).map_err(InputError::Refused)?;
+    Ok((sensor, detector, telemetry, commands))
 }
 
 /// Measures the memory and prints the figures.

@@ -28,6 +28,7 @@ mod installed;
 mod jobs;
 mod lenses;
 mod local_frame;
+mod magnetometer;
 mod misalignment;
 mod orbits;
 mod packages;

@@ -173,10 +173,10 @@ const MODES: ModeParameters = ModeParameters {
 /// the orbit unknown.
 const FIELD_LENGTH_KM: f32 = 100.0;
 
-/// Parameters in a hurry.
+/// Parameters in a hurry; a recording has no magnetometer.
 fn hurried(parameters: Parameters) -> Parameters {
     let orbit = OrbitParameters { field_length_km: FIELD_LENGTH_KM, ..parameters.orbit };
-    Parameters { modes: MODES, orbit, ..parameters }
+    Parameters { modes: MODES, orbit, magnetometer: None, ..parameters }
 }
 
 fn flight_parameters(scenario: &Scenario) -> Result<Parameters, HostError> {

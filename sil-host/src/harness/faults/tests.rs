@@ -169,3 +169,12 @@ fn storms_add_up_and_a_gyro_is_silent_or_off_in_its_seconds_only() {
     assert_eq!(seen, [Some(reading.rad_s), None, Some(off), Some(reading.rad_s)]);
     assert_eq!(faulty_rate(&faults, 7, None), None);
 }
+
+#[test]
+fn a_magnetometer_is_silent_or_off_in_its_seconds_only() {
+    let fault = |kind, from_s| Fault { kind, from_s, until_s: from_s + 1 };
+    let faults = [fault(FaultKind::MagnetometerSilent, 6), fault(FaultKind::MagnetometerOffset(20.0), 7)];
+    let reading = MagneticField { instant: LocalTime::from_us(7), ut: [10.0, 0.0, -30.0] };
+    let seen = [5, 6, 7, 8].map(|cycle| faulty_field(&faults, cycle, Some(reading)).map(|field| field.ut));
+    assert_eq!(seen, [Some(reading.ut), None, Some([30.0, 20.0, -10.0]), Some(reading.ut)]);
+}

@@ -10,6 +10,9 @@ use crate::world::vector::times;
 /// Greatest rate over the mean rate.
 pub const PEAK: f64 = 1.875;
 
+/// Greatest angular acceleration over that of the angle in the square of the time: at a fifth of it.
+const PEAK_ACCELERATION: f64 = 5.773_503;
+
 /// A slew.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slew {
@@ -44,6 +47,11 @@ impl Slew {
     pub fn peak_rad_s(&self) -> f64 {
         PEAK * self.angle_rad.abs() / self.duration_s
     }
+
+    /// Greatest angular acceleration, rad/s².
+    pub fn peak_rad_s2(&self) -> f64 {
+        PEAK_ACCELERATION * self.angle_rad.abs() / (self.duration_s * self.duration_s)
+    }
 }
 
 #[cfg(test)]
@@ -73,5 +81,16 @@ mod tests {
             assert!(rate_error(|t| SLEW.at(t), t, 1e-3) < 1e-9, "{t}");
             assert!(length(SLEW.at(t).rate_rad_s) <= SLEW.peak_rad_s() + 1e-15);
         }
+    }
+
+    #[test]
+    fn its_acceleration_reaches_the_peak_and_is_never_above() {
+        let speed = |t: f64| length(SLEW.at(t).rate_rad_s);
+        let slope = |k: u32| {
+            let t = 10.0 + 0.01 * f64::from(k);
+            (speed(t + 1e-4) - speed(t - 1e-4)).abs() / 2e-4
+        };
+        let most = (1..2_000).map(slope).fold(0.0, f64::max);
+        assert!((most / SLEW.peak_rad_s2() - 1.0).abs() < 1e-4, "{most}");
     }
 }
