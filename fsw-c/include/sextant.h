@@ -58,6 +58,11 @@
 #define SEXTANT_FAULT_SHUTTER 32
 
 /**
+ * The magnetometer gave no reading that can be used.
+ */
+#define SEXTANT_FAULT_MAGNETOMETER 64
+
+/**
  * Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how
  * many are used on this one.
  */
@@ -81,12 +86,12 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 12
+#define SEXTANT_TELEMETRY_VERSION 13
 
 /**
  * Version of the parameter table that is read; its first byte.
  */
-#define SEXTANT_PARAMETERS_VERSION 22
+#define SEXTANT_PARAMETERS_VERSION 23
 
 /**
  * Bytes of memory that hold a link, on any machine of 32 or 64 bits; aligned as a sensor's.
@@ -769,6 +774,37 @@ typedef struct sextant_shutter {
 } sextant_shutter;
 
 /**
+ * A reading of the magnetic flux density.
+ */
+typedef struct sextant_magnetic_field_reading {
+    /**
+     * Middle of the time it was taken over, local time, microseconds since power-on.
+     */
+    int64_t local_us;
+    /**
+     * Flux density along the x, y, z axes of the Earth path, microtesla, as the sensor has it: the
+     * spacecraft's own field is in it.
+     */
+    float ut[3];
+} sextant_magnetic_field_reading;
+
+/**
+ * The magnetometer. Asked only where the parameter table says how good it is.
+ */
+typedef struct sextant_magnetometer {
+    /**
+     * Handed to the callback; may be null.
+     */
+    void *context;
+    /**
+     * Writes the newest reading. Answers `OK`, `NO_READING`, `SATURATED`, `TIMEOUT` or `BUS`. Null: none
+     * on board.
+     */
+    uint32_t (*magnetic_field)(void *context,
+                               struct sextant_magnetic_field_reading *reading);
+} sextant_magnetometer;
+
+/**
  * The instruments, lent for one cycle. The callbacks run on the caller's stack, within `sextant_cycle`.
  */
 typedef struct sextant_instruments {
@@ -792,6 +828,10 @@ typedef struct sextant_instruments {
      * The shutters of the paths; all zero where there are none.
      */
     struct sextant_shutter shutter;
+    /**
+     * The magnetic field; all zero where there is no magnetometer.
+     */
+    struct sextant_magnetometer magnetometer;
 } sextant_instruments;
 
 /**
@@ -988,6 +1028,33 @@ typedef struct sextant_next_state {
 } sextant_next_state;
 
 /**
+ * What the magnetometer reads, and how far it is to be believed; along the axes of the Earth path. All zero
+ * without one, without a reading and where the orbit is not known.
+ */
+typedef struct sextant_magnetic_field {
+    /**
+     * Whether there is a reading.
+     */
+    bool known;
+    /**
+     * Whether the attitude of this second rests on it.
+     */
+    bool used;
+    /**
+     * The reading less the zero, microtesla: the Earth's field.
+     */
+    float field_ut[3];
+    /**
+     * The zero as stars and orbit have shown it, microtesla: the spacecraft's own field.
+     */
+    float zero_ut[3];
+    /**
+     * Standard deviation of the zero, an axis, microtesla.
+     */
+    float zero_sigma_ut;
+} sextant_magnetic_field;
+
+/**
  * The main results of a second.
  */
 typedef struct sextant_result {
@@ -1060,6 +1127,10 @@ typedef struct sextant_result {
      * The sensor's next change of state.
      */
     struct sextant_next_state next_state;
+    /**
+     * What the magnetometer reads.
+     */
+    struct sextant_magnetic_field magnetic_field;
     /**
      * What came of the command.
      */

@@ -204,9 +204,9 @@ impl Instruments {
             && clock.terrestrial_time.is_some()
     }
 
-    /// The instruments behind the traits of `fsw-hal`. One without its callback answers as a failed link; rate
-    /// sensor and magnetometer without one never have a reading, shutters without one stay open, marks are
-    /// dropped.
+    /// The instruments behind the traits of `fsw-hal`. One without its callback answers as a failed link;
+    /// rate sensor and magnetometer without one never have a reading, shutters without one stay open, marks
+    /// are dropped.
     ///
     /// # Safety
     /// The callbacks are what their types and their documentation say, for as long as what is given is

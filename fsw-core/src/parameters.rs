@@ -80,8 +80,8 @@ parameter_group! {
         /// Largest standard deviation with which an attitude that is only carried on is reported.
         carried_sigma_rad: f32 = 0.01, 1e-4..=0.1, "rad",
             "30 px of the reference camera: beyond the widest gate, 24 px, no window would show its star";
-        /// Angular acceleration of the manoeuvres that may begin while no star is seen; 0: none does. Without a
-        /// rate sensor an attitude that is only carried on has an error of half of it by the square of its age.
+        /// Angular acceleration of the manoeuvres that may begin while no star is seen; 0: none does. Without
+        /// a rate sensor an attitude that is carried on has an error of half of it by the square of its age.
         manoeuvre_rad_s2: f32 = 0.0, 0.0..=1.0, "rad/s^2", "none: who turns without stars has a gyro";
     }
 }

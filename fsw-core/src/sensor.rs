@@ -8,7 +8,8 @@
 //!    (`exposing`); its mid-exposure instant is that of the second,
 //!    the counter's where none was asked for or may be used (`timekeeping`);
 //! 2. orbit and attitude are propagated to that instant; Sun, pole and the observer's velocity (aberration)
-//!    are those of it (`propagation`);
+//!    are those of it (`propagation`); the magnetometer is read, and where the image shows no stars it checks
+//!    and corrects the attitude that is carried on (`magnetism`);
 //! 3. the mode says what is done with the image: a self-test, the whole field searched for stars
 //!    (`acquisition`, over several seconds if need be, on the stars of that one image, then on those of
 //!    another), or for streaks and the rate (`turning`), predicted stars followed in windows (`tracking`), or
@@ -16,7 +17,7 @@
 //! 4. with an attitude from this second's image the Earth is looked at (`earth`): in strips about the limb
 //!    where the orbit or the last fix predicts it, else on a grid over the whole detector; its centre is a
 //!    position, which the orbit filter takes in (`orbit`). With the star path shut it is the other way round:
-//!    orbit, Earth and terminator give the attitude;
+//!    orbit, Earth and magnetic field or terminator give the attitude;
 //! 5. a path that the Sun is about to enter is to be shut (`outage`), the guards decide the next mode; the
 //!    report is made of the `record` of the second.
 //!

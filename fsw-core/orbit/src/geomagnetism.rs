@@ -2,8 +2,8 @@
 //!
 //! In: position, km, ICRS axes about the Earth's centre; instant. Out: flux density, microtesla, the same
 //! axes. The main field to degree 8, of the middle of 2027. Against the whole model of degree 13, an axis:
-//! 0.04 uT rms at 450 km, 0.02 at 800 km; the field of 2025 or 2030 is 0.09 uT rms off that of 2027.5, 0.29 at
-//! most. Currents outside the Earth add 0.02 uT on quiet days, 0.1 and more in a storm: they are left out.
+//! 0.04 uT rms at 450 km, 0.02 at 800 km; the field of 2025 or 2030 is 0.09 uT rms off that of 2027.5, 0.29
+//! at most. Currents outside the Earth add 0.02 uT on quiet days, 0.1 and more in a storm: they are left out.
 
 use super::body::CentralBody;
 use super::ephemeris::{equator_axes, pole_axis, rotation_rad};

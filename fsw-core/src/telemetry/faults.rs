@@ -95,8 +95,8 @@ pub enum ReadingFault {
     Saturated,
     /// The hardware did not answer.
     Hardware,
-    /// What is known from stars and orbit contradicted its readings time after time: it is not asked until the
-    /// restart.
+    /// What is known from stars and orbit contradicted its readings time after time: it is not asked until
+    /// the restart.
     ShutOut,
 }
 

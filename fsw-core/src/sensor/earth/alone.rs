@@ -79,13 +79,15 @@ impl Beside {
         let off = libm::fabsf(Direction::new(fix.centre_km)?.dot(&seen) - cosine);
         let agrees = off < CONTRADICTION * libm::hypotf(sigma_rad, direction_rad);
         let sine = libm::sqrtf((1.0 - cosine * cosine).max(1e-6));
-        agrees.then_some(Self { seen, reference, sigma_rad: sigma_rad / sine, is_magnetic: true })
+        // An Earth that is off across turns the field about it, the more the nearer they are.
+        let sigma_rad = libm::hypotf(sigma_rad, cosine * direction_rad) / sine;
+        agrees.then_some(Self { seen, reference, sigma_rad, is_magnetic: true })
     }
 }
 
 impl Sensor<'_> {
-    /// The attitude of this second, in which the star path is shut, by the Earth, and by the magnetic field or
-    /// the Sun; none without an orbit. Whether it rests on the field.
+    /// The attitude of this second, in which the star path is shut, by the Earth, and by the magnetic field
+    /// or the Sun; none without an orbit. Whether it rests on the field.
     #[inline(never)]
     pub(in crate::sensor) fn attitude_by_earth(
         &mut self,
@@ -171,8 +173,8 @@ impl Sensor<'_> {
         svd::solve(&[earth, pair(&beside.seen, beside.reference, beside_rad)]).ok()
     }
 
-    /// The attitude by the Earth's centre as strips across its limb show it, and what stands beside it; `None`
-    /// where that Earth is not to be told by itself, or not as far as the orbit has it.
+    /// The attitude by the Earth's centre as strips across its limb show it, and what stands beside it;
+    /// `None` where that Earth is not to be told by itself, or not as far as the orbit has it.
     fn by_earth(&self, fix: &EarthFix, beside: &Beside, known: &Known) -> Option<Solution> {
         let (direction_rad, along_km) = fix.sigmas();
         let off_km = libm::fabsf(fix.distance_km() - known.distance_km);
