@@ -27,7 +27,7 @@ pub use fsw_ground::table;
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
 pub const VERSION: u8 = 23;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
-pub const CHECKSUM: u32 = 0x5584_1EF4;
+pub const CHECKSUM: u32 = 0xDD15_6BDE;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 /// The ellipsoid of another body than the Earth is within this share of its radius.

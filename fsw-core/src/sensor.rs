@@ -390,7 +390,7 @@ impl<'c> Sensor<'c> {
         }
         self.propagate_in_outage(mode);
         if let Some((attitude, ephemeris)) = record.stars.own_attitude().zip(ephemeris) {
-            self.learn_zero(record);
+            self.learn_zero(&attitude, record);
             match self.measure_earth(detector, meter, ephemeris, &attitude, &mut record.events) {
                 Ok((looked, fix)) => {
                     record.earth = looked;

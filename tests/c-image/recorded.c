@@ -2,9 +2,9 @@
 
 enum {
     HEADER_BYTES = 16,
-    HEAD_BYTES = 36,
+    HEAD_BYTES = 56,
     PIXEL_BYTES = 2,
-    VERSION = 4,
+    VERSION = 5,
 };
 
 /* The largest file whose offsets the host takes. */
@@ -46,7 +46,7 @@ const char *recording_open(struct recording *recording, const char *name) {
         return "FRAMES: offset 0: does not begin with SXTF\n";
     }
     if (u16_at(header + 4) != VERSION || header[11] != 0) {
-        return "FRAMES: offset 4: version is not 4\n";
+        return "FRAMES: offset 4: version is not 5\n";
     }
     recording->geometry.width_px = u16_at(header + 6);
     recording->geometry.height_px = u16_at(header + 8);
@@ -68,6 +68,7 @@ void recording_turn_to(struct recording *recording, uint32_t second) {
     recording->local_us = INT64_MIN;
     recording->terrestrial_us = INT64_MIN;
     recording->rate.local_us = INT64_MIN;
+    recording->field.local_us = INT64_MIN;
     if (file_seek(&recording->file, HEADER_BYTES + second * frame_bytes(&recording->geometry)) &&
         file_read(&recording->file, head, sizeof head)) {
         recording->local_us = i64_at(head);
@@ -75,6 +76,10 @@ void recording_turn_to(struct recording *recording, uint32_t second) {
         recording->rate.local_us = i64_at(head + 16);
         for (int axis = 0; axis < 3; axis++) {
             recording->rate.rad_s[axis] = f32_at(head + 24 + 4 * axis);
+        }
+        recording->field.local_us = i64_at(head + 36);
+        for (int axis = 0; axis < 3; axis++) {
+            recording->field.ut[axis] = f32_at(head + 44 + 4 * axis);
         }
     }
 }
@@ -145,6 +150,12 @@ static uint32_t angular_rate(void *context, struct sextant_angular_rate *reading
     return recording->rate.local_us == INT64_MIN ? SEXTANT_REPLY_NO_READING : SEXTANT_REPLY_OK;
 }
 
+static uint32_t magnetic_field(void *context, struct sextant_magnetic_field_reading *reading) {
+    const struct recording *recording = context;
+    *reading = recording->field;
+    return recording->field.local_us == INT64_MIN ? SEXTANT_REPLY_NO_READING : SEXTANT_REPLY_OK;
+}
+
 struct sextant_instruments recording_instruments(struct recording *recording) {
     return (struct sextant_instruments){
         .detector =
@@ -165,6 +176,11 @@ struct sextant_instruments recording_instruments(struct recording *recording) {
             {
                 .context = recording,
                 .angular_rate = angular_rate,
+            },
+        .magnetometer =
+            {
+                .context = recording,
+                .magnetic_field = magnetic_field,
             },
     };
 }

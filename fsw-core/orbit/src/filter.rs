@@ -345,6 +345,11 @@ impl OrbitFilter {
         self.estimate().map(|estimate| MotionCovariance::of(&estimate.factor, &estimate.state))
     }
 
+    /// Trace of the position's covariance, km², linear: without what a long error along the orbit bends.
+    pub fn position_trace_km2(&self) -> Option<f32> {
+        self.factor().map(|factor| factor.trace(POSITION))
+    }
+
     /// Position about `body` and its covariance (km, km², ICRS axes) at a time for which it was propagated;
     /// while the orbit is not known, those of the last fix with what it may have moved since.
     pub fn place(&self, body: CentralBody, time_us: i64) -> Option<(Vector3<f64>, Matrix3<f64>)> {

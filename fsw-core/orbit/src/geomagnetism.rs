@@ -6,7 +6,7 @@
 //! at most. Currents outside the Earth add 0.02 uT on quiet days, 0.1 and more in a storm: they are left out.
 
 use super::body::CentralBody;
-use super::ephemeris::{equator_axes, pole_axis, rotation_rad};
+use super::ephemeris::{equator_axes, rotation_rad};
 use super::harmonics::{Harmonics, MAX_DEGREE};
 use fsw_ground::trigonometry::sine_cosine;
 use nalgebra::Vector3;
@@ -73,10 +73,10 @@ static COEFFICIENTS: [[f32; 2]; 44] = [
     [5.410_573e-10, 1.360_372_6e-9],
 ];
 
-/// Flux density at a place outside the Earth, uT.
+/// Flux density at a place outside the Earth, uT; `pole` is its north pole of date.
 #[inline(never)]
-pub fn flux_density_ut(position_km: &Vector3<f64>, time_us: i64) -> Vector3<f32> {
-    let to_equator = equator_axes(&pole_axis(CentralBody::Earth, time_us));
+pub fn flux_density_ut(position_km: &Vector3<f64>, pole: &Vector3<f64>, time_us: i64) -> Vector3<f32> {
+    let to_equator = equator_axes(pole);
     let (sine, cosine) = sine_cosine(rotation_rad(CentralBody::Earth, time_us));
     let r = to_equator * position_km.map(|axis| axis as f32);
     let turned = Vector3::new(cosine * r.x + sine * r.y, cosine * r.y - sine * r.x, r.z);

@@ -266,6 +266,7 @@ fn no_field_of_the_table_escapes_the_rows() {
     // check. A real has four bytes, an integer of one byte and a choice one.
     let mut parameters = Parameters::for_camera(reference_camera());
     gyro(&mut parameters);
+    magnetometer(&mut parameters);
     shutter(&mut parameters);
     for ((name, .., integer), (_, set)) in bounds().iter().filter_map(|bounds| {
         let place = PLACES.iter().find(|(place, _)| *place == bounds.0)?;

@@ -13,10 +13,11 @@ use super::attitude::sigma_across;
 use super::propagation::{Ephemeris, Reading, usable};
 use super::record::Record;
 use crate::attitude::VectorPair;
-use crate::frames::Direction;
+use crate::frames::{Direction, Icrs, Rotation, StarPath};
 use crate::magnetism::CONTRADICTION;
 use crate::orbit::geomagnetism;
-use crate::telemetry::Event;
+use crate::telemetry::{AttitudeReport, Event};
+use fsw_ground::matrix::dot;
 use nalgebra::Vector3;
 
 /// Largest standard deviation of a field that is taken for a direction, rad: 10 deg.
@@ -47,16 +48,17 @@ impl Sensor<'_> {
         let reading = usable(reading, self.now);
         record.magnetometer_fault = reading.err();
         if let (Ok(reading_ut), Some(ephemeris)) = (reading, ephemeris) {
-            record.field = self.field(reading_ut, ephemeris.terrestrial_us);
+            record.field = self.field(reading_ut, ephemeris);
         }
     }
 
     /// The field by the orbit beside a reading.
-    fn field(&self, reading_ut: Vector3<f32>, terrestrial_us: i64) -> Option<Field> {
+    fn field(&self, reading_ut: Vector3<f32>, ephemeris: &Ephemeris) -> Option<Field> {
         let errors = self.parameters.magnetometer?;
-        let (place_km, covariance_km2) = self.orbit.place(self.parameters.orbit.body, terrestrial_us)?;
-        let expected_ut = geomagnetism::flux_density_ut(&place_km, terrestrial_us);
-        let share = libm::sqrtf((covariance_km2.trace() / place_km.norm_squared()).max(0.0) as f32);
+        let (state, trace_km2) = self.orbit.state().zip(self.orbit.position_trace_km2())?;
+        let (place_km, pole) = (&state.position_km, ephemeris.pole.vector().map(f64::from));
+        let expected_ut = geomagnetism::flux_density_ut(place_km, &pole, ephemeris.terrestrial_us);
+        let share = libm::sqrtf((trace_km2 / dot(place_km, place_km) as f32).max(0.0));
         let by_place_ut = BY_DISTANCE * share * expected_ut.norm();
         Some(Field { reading_ut, expected_ut, sigma_ut: libm::hypotf(errors.field_ut, by_place_ut) })
     }
@@ -101,10 +103,11 @@ impl Sensor<'_> {
 
     /// Learns the magnetometer's zero in a second whose own stars gave the attitude.
     #[inline(never)]
-    pub(super) fn learn_zero(&mut self, record: &mut Record) {
+    pub(super) fn learn_zero(&mut self, attitude: &AttitudeReport, record: &mut Record) {
         let (Some(field), Some(errors)) = (&record.field, &self.parameters.magnetometer) else { return };
-        let carried = self.motion.as_ref().and_then(|motion| motion.at(self.now));
-        let Some((attitude, _)) = carried else { return };
+        let Some(attitude) = Rotation::<Icrs, StarPath>::from_quaternion(attitude.quaternion) else {
+            return;
+        };
         let in_path = self.mounting().matrix() * (attitude.matrix() * field.expected_ut);
         self.magnetism.learn(&(field.reading_ut - in_path), errors, field.sigma_ut);
         if self.magnetism.is_shut_out() {

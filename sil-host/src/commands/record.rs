@@ -4,7 +4,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `frames.bin` | a frame a second with what the gyro read ([`crate::formats::frames_file`]) |
+//! | `frames.bin` | a frame a second with what gyro and magnetometer read ([`crate::formats::frames_file`]) |
 //! | `parameters.bin` | the parameter table for them ([`fsw_core::parameters`]) |
 //! | `telemetry.bin` | the host's telemetry for these frames, a stream ([`fsw_core::telemetry`]) |
 //!
@@ -18,7 +18,7 @@ use crate::commands::picture_camera::PictureCamera;
 use crate::commands::solve::PictureSolver;
 use crate::error::HostError;
 use crate::flight;
-use crate::formats::frames_file::{FramesWriter, Recording};
+use crate::formats::frames_file::{FramesWriter, Readings, Recording};
 use crate::formats::picture::Picture;
 use crate::harness::status::status_word;
 use crate::judge::expected::word;
@@ -76,14 +76,14 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
     let seconds = recording.len();
     let fly = |second: usize| {
         let clock = &mut recording.turn_to(second);
-        let rate_sensor = &mut recording.gyro();
+        let (mut rate_sensor, mut magnetometer) = recording.beside();
         sensor.cycle(
             &mut Instruments {
                 detector: &mut recording,
                 clock,
                 meter: &mut (),
-                rate_sensor,
-                magnetometer: &mut (),
+                rate_sensor: &mut rate_sensor,
+                magnetometer: &mut magnetometer,
                 shutter: &mut (),
             },
             Command::Continue,
@@ -142,7 +142,7 @@ fn record_picture(
             let us = i64::from(second) * 1_000_000;
             let instant = Instant::new(LocalTime::from_us(us), us);
             picture.renew_noise(second);
-            writer.record(picture, (instant, None), parameters.imaging.exposure_us)?;
+            writer.record(picture, (instant, Readings::default()), parameters.imaging.exposure_us)?;
         }
         Ok(())
     })

@@ -2,13 +2,13 @@
 //!
 //! All numbers are little-endian. A 16-byte header, then the frames: local time (i64, microseconds since
 //! power-on) and Terrestrial Time (i64, microseconds since J2000.0) of the middle of the exposure; the gyro's
-//! reading, its local time (i64; the least: none) and rates about x, y, z of the body (f32, rad/s); and the
-//! pixels row by row, a `u16` each:
+//! reading, its local time (i64; the least: none) and rates about x, y, z of the body (f32, rad/s); the
+//! magnetometer's, the same and flux densities (f32, uT); and the pixels row by row, a `u16` each:
 //!
 //! | byte | what |
 //! |---|---|
 //! | 0 | magic `SXTF` |
-//! | 4 | version, u16, 4 |
+//! | 4 | version, u16, 5 |
 //! | 6 | width, u16, px |
 //! | 8 | height, u16, px |
 //! | 10 | bits, u8 |
@@ -24,22 +24,31 @@ use crate::formats::picture::{check_request, copy_window};
 use crate::output::PartialFile;
 use crate::words::io_words;
 use fsw_hal::{
-    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, ReadingError,
-    Window,
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, MagneticField, Magnetometer,
+    RateSensor, ReadingError, Window,
 };
 use std::path::{Path, PathBuf};
 
 /// The first four bytes of a file of frames.
 pub const MAGIC: [u8; 4] = *b"SXTF";
 /// The version written and read.
-pub const VERSION: u16 = 4;
+pub const VERSION: u16 = 5;
 /// Length of the header, bytes.
 pub const HEADER_BYTES: usize = 16;
 /// Length of what stands before a frame's pixels, bytes.
-const HEAD_BYTES: usize = 36;
+const HEAD_BYTES: usize = 56;
 
 fn fault(file: &Path, what: impl Into<String>, to_do: &str) -> HostError {
     HostError::input(file, None, what, to_do)
+}
+
+/// What the instruments beside the detector read in a second.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Readings {
+    /// The gyro.
+    pub rate: Option<AngularRate>,
+    /// The magnetometer.
+    pub field: Option<MagneticField>,
 }
 
 /// Writes frames, one after another; the count is put into the header at the end.
@@ -62,14 +71,14 @@ impl FramesWriter {
         Ok(Self { path: path.to_path_buf(), file, geometry, count: 0 })
     }
 
-    /// Appends a whole frame, row by row, taken at `instant`, and what the gyro read.
+    /// Appends a whole frame, row by row, taken at `instant`, and what was read beside it.
     ///
     /// # Errors
     /// When the frame has another size than the detector or the file cannot be written.
     pub fn push(
         &mut self,
         instant: Instant,
-        rate: Option<AngularRate>,
+        Readings { rate, field }: Readings,
         frame: &[u16],
     ) -> Result<(), HostError> {
         if frame.len() != self.geometry.whole().area() {
@@ -80,31 +89,34 @@ impl FramesWriter {
         let mut bytes = Vec::with_capacity(HEAD_BYTES + 2 * frame.len());
         bytes.extend(instant.local.as_us().to_le_bytes());
         bytes.extend(instant.terrestrial_us.unwrap_or(NONE).to_le_bytes());
-        let AngularRate { instant, rad_s } =
-            rate.unwrap_or(AngularRate { instant: LocalTime::from_us(NONE), rad_s: [0.0; 3] });
-        bytes.extend(instant.as_us().to_le_bytes());
-        bytes.extend(rad_s.iter().flat_map(|axis| axis.to_le_bytes()));
+        let none = (LocalTime::from_us(NONE), [0.0; 3]);
+        let rate = rate.map_or(none, |rate| (rate.instant, rate.rad_s));
+        let field = field.map_or(none, |field| (field.instant, field.ut));
+        for (instant, axes) in [rate, field] {
+            bytes.extend(instant.as_us().to_le_bytes());
+            bytes.extend(axes.iter().flat_map(|axis| axis.to_le_bytes()));
+        }
         bytes.extend(frame.iter().flat_map(|value| value.to_le_bytes()));
         self.file.write(&bytes)?;
         self.count += 1;
         Ok(())
     }
 
-    /// Exposes `detector` and appends its whole frame as that of `instant`, and what the gyro read.
+    /// Exposes `detector` and appends its whole frame as that of `instant`, and what was read beside it.
     ///
     /// # Errors
     /// When the detector fails or [`Self::push`] does.
     pub fn record<D: Detector<Error = DetectorError>>(
         &mut self,
         detector: &mut D,
-        (instant, rate): (Instant, Option<AngularRate>),
+        (instant, readings): (Instant, Readings),
         exposure_us: u32,
     ) -> Result<(), HostError> {
         let mut frame = vec![0; self.geometry.whole().area()];
         detector.expose(exposure_us).and_then(|_| detector.read(self.geometry.whole(), &mut frame)).map_err(
             |e| fault(&self.path, format!("the detector failed: {e:?}"), "check the exposure time"),
         )?;
-        self.push(instant, rate, &frame)
+        self.push(instant, readings, &frame)
     }
 
     /// Writes the count and gives the file its name; gives the number of frames.
@@ -186,23 +198,21 @@ impl Recording {
         Ok(Self { geometry, data: bytes, second: 0, exposed: None })
     }
 
-    /// Times, gyro and pixels of frame `index`, as in the file.
-    fn frame(&self, index: usize) -> Option<(Instant, RecordedGyro, &[u8])> {
+    /// Times, readings and pixels of frame `index`, as in the file.
+    fn frame(&self, index: usize) -> Option<(Instant, Readings, &[u8])> {
         let mut frames = self.data.chunks_exact(frame_bytes(&self.geometry));
         let (local, rest) = frames.nth(index)?.split_first_chunk()?;
         let (terrestrial, rest) = rest.split_first_chunk()?;
-        let (read, rest) = rest.split_first_chunk()?;
-        let (x, rest) = rest.split_first_chunk()?;
-        let (y, rest) = rest.split_first_chunk()?;
-        let (z, pixels) = rest.split_first_chunk()?;
+        let (rate, rest) = rest.split_first_chunk()?;
+        let (field, pixels) = rest.split_first_chunk()?;
         let known = |bytes: &[u8; 8]| Some(i64::from_le_bytes(*bytes)).filter(|us| *us != NONE);
         let clock = Instant {
             local: LocalTime::from_us(i64::from_le_bytes(*local)),
             terrestrial_us: known(terrestrial),
         };
-        let rad_s = [x, y, z].map(|bytes| f32::from_le_bytes(*bytes));
-        let reading = known(read).map(|us| AngularRate { instant: LocalTime::from_us(us), rad_s });
-        Some((clock, RecordedGyro(reading), pixels))
+        let rate = reading(rate).map(|(instant, rad_s)| AngularRate { instant, rad_s });
+        let field = reading(field).map(|(instant, ut)| MagneticField { instant, ut });
+        Some((clock, Readings { rate, field }, pixels))
     }
 
     /// Number of frames.
@@ -222,24 +232,42 @@ impl Recording {
         self.frame(self.second).map_or(none, |(instant, ..)| instant)
     }
 
-    /// The gyro in that second.
-    pub fn gyro(&self) -> RecordedGyro {
-        self.frame(self.second).map_or(RecordedGyro(None), |(_, gyro, _)| gyro)
+    /// Gyro and magnetometer in that second.
+    pub fn beside(&self) -> (Recorded<AngularRate>, Recorded<MagneticField>) {
+        let readings = self.frame(self.second).map_or(Readings::default(), |(_, readings, _)| readings);
+        (Recorded(readings.rate), Recorded(readings.field))
     }
 }
 
-/// What a gyro read in a second; nothing where there is none.
+/// An instrument that gives what it read in a second; nothing where there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RecordedGyro(pub Option<AngularRate>);
+pub struct Recorded<T>(pub Option<T>);
 
-impl fsw_hal::ErrorType for RecordedGyro {
+impl<T> fsw_hal::ErrorType for Recorded<T> {
     type Error = ReadingError;
 }
 
-impl RateSensor for RecordedGyro {
+impl RateSensor for Recorded<AngularRate> {
     fn angular_rate(&mut self) -> Result<Option<AngularRate>, ReadingError> {
         Ok(self.0)
     }
+}
+
+impl Magnetometer for Recorded<MagneticField> {
+    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, ReadingError> {
+        Ok(self.0)
+    }
+}
+
+/// A reading's instant and axes; `None` where there is none.
+fn reading(bytes: &[u8; 20]) -> Option<(LocalTime, [f32; 3])> {
+    let (instant, axes) = bytes.split_first_chunk()?;
+    let instant_us = Some(i64::from_le_bytes(*instant)).filter(|us| *us != NONE)?;
+    let mut of_axes = [0.0; 3];
+    for (axis, bytes) in of_axes.iter_mut().zip(axes.as_chunks().0) {
+        *axis = f32::from_le_bytes(*bytes);
+    }
+    Some((LocalTime::from_us(instant_us), of_axes))
 }
 
 /// A time that is not known.
@@ -293,6 +321,8 @@ mod tests {
 
     const RATE: AngularRate =
         AngularRate { instant: LocalTime::from_us(999_000), rad_s: [0.25, -0.5, f32::MIN_POSITIVE] };
+    const FIELD: MagneticField =
+        MagneticField { instant: LocalTime::from_us(998_000), ut: [20.0, -30.0, 40.0] };
 
     fn instant(us: i64) -> Instant {
         Instant::new(LocalTime::from_us(us + 40), us)
@@ -301,9 +331,10 @@ mod tests {
     fn written(name: &str) -> PathBuf {
         let path = std::env::temp_dir().join(format!("sextant-{}-{name}.sxtf", std::process::id()));
         let mut writer = FramesWriter::create(&path, GEOMETRY).unwrap();
-        writer.push(instant(-7), None, &[0, 1, 2, 3, 4, 5]).unwrap();
-        writer.push(instant(1_000_000), Some(RATE), &[10, 11, 12, 13, 14, 1023]).unwrap();
-        assert!(writer.push(instant(0), None, &[1]).is_err());
+        let (none, both) = (Readings::default(), Readings { rate: Some(RATE), field: Some(FIELD) });
+        writer.push(instant(-7), none, &[0, 1, 2, 3, 4, 5]).unwrap();
+        writer.push(instant(1_000_000), both, &[10, 11, 12, 13, 14, 1023]).unwrap();
+        assert!(writer.push(instant(0), none, &[1]).is_err());
         assert_eq!(writer.finish(), Ok(2));
         path
     }
@@ -312,12 +343,14 @@ mod tests {
     fn the_bytes_are_those_of_the_table() {
         let path = written("bytes");
         let bytes = std::fs::read(&path).unwrap();
-        assert_eq!(&bytes[..16], b"SXTF\x04\0\x03\0\x02\0\x0a\0\x02\0\0\0");
-        assert_eq!((bytes.len(), &bytes[110..]), (112, &[0xff, 0x03][..]));
-        // No gyro in the first frame, one in the second.
-        assert_eq!(bytes[32..40], i64::MIN.to_le_bytes());
-        assert_eq!(bytes[80..88], 999_000i64.to_le_bytes());
-        assert_eq!(bytes[92..96], (-0.5f32).to_le_bytes());
+        assert_eq!(&bytes[..16], b"SXTF\x05\0\x03\0\x02\0\x0a\0\x02\0\0\0");
+        assert_eq!((bytes.len(), &bytes[150..]), (152, &[0xff, 0x03][..]));
+        // No readings in the first frame, both in the second.
+        assert_eq!([&bytes[32..40], &bytes[52..60]], [i64::MIN.to_le_bytes(); 2]);
+        assert_eq!(bytes[100..108], 999_000i64.to_le_bytes());
+        assert_eq!(bytes[112..116], (-0.5f32).to_le_bytes());
+        assert_eq!(bytes[120..128], 998_000i64.to_le_bytes());
+        assert_eq!(bytes[136..140], 40.0f32.to_le_bytes());
         std::fs::remove_file(path).unwrap();
     }
 
@@ -332,7 +365,9 @@ mod tests {
             [(0, -7, [1, 2, 4, 5]), (1, 1_000_000, [11, 12, 14, 1023]), (9, 1_000_000, [11, 12, 14, 1023])];
         for (second, instant_us, expected) in seconds {
             assert_eq!(recording.turn_to(second), instant(instant_us));
-            assert_eq!(recording.gyro().angular_rate(), Ok((second > 0).then_some(RATE)));
+            let (mut gyro, mut magnetometer) = recording.beside();
+            assert_eq!(gyro.angular_rate(), Ok((second > 0).then_some(RATE)));
+            assert_eq!(magnetometer.magnetic_field(), Ok((second > 0).then_some(FIELD)));
             assert_eq!(recording.expose(1000), Ok(instant(instant_us).local));
             recording.read(window, &mut pixels).unwrap();
             assert_eq!(pixels, expected);

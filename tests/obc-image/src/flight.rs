@@ -6,7 +6,7 @@
 use crate::commands::Commands;
 use crate::host::File;
 use crate::marks;
-use crate::recorded::{RecordedDetector, RecordedGyro};
+use crate::recorded::{Recorded, RecordedDetector};
 use fsw_core::catalog::Catalogue;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::Parameters;
@@ -101,13 +101,14 @@ pub fn fly(
     for second in 0..seconds {
         // A file that breaks off gives an instant before all others, which the sensor reports.
         let broken = Instant { local: LocalTime::from_us(i64::MIN), terrestrial_us: None };
-        let (mut clock, mut rate_sensor) = detector.turn_to(second).unwrap_or((broken, RecordedGyro(None)));
+        let (mut clock, mut rate_sensor, mut magnetometer) =
+            detector.turn_to(second).unwrap_or((broken, Recorded(None), Recorded(None)));
         let mut instruments = Instruments {
             detector: &mut *detector,
             clock: &mut clock,
             meter: &mut Marks,
             rate_sensor: &mut rate_sensor,
-            magnetometer: &mut (),
+            magnetometer: &mut magnetometer,
             shutter: &mut (),
         };
         if let Some(commands) = commands {

@@ -62,7 +62,7 @@ impl InputError {
                 "FRAMES: cannot be read or is shorter than a header\n"
             }
             Self::Frames(FrameFileError::NotAFrameFile) => "FRAMES: offset 0: does not begin with SXTF\n",
-            Self::Frames(FrameFileError::Version) => "FRAMES: offset 4: version is not 4\n",
+            Self::Frames(FrameFileError::Version) => "FRAMES: offset 4: version is not 5\n",
             Self::Frames(FrameFileError::Geometry) => {
                 "FRAMES: offset 6: impossible geometry or frame count\n"
             }

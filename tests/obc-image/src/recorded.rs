@@ -1,24 +1,24 @@
-//! A detector and a gyro that play what was recorded in a file of the host.
+//! A detector, a gyro and a magnetometer that play what was recorded in a file of the host.
 //!
-//! In: the file. Out: windows of its frames through [`Detector`], and what a gyro read ([`RecordedGyro`]).
+//! In: the file. Out: windows of its frames through [`Detector`], and what the others read ([`Recorded`]).
 //! The frame is that of the second the detector was [turned to](RecordedDetector::turn_to). Exposure times
 //! are not looked at: the picture is taken.
 //!
-//! # The file, version 4, little-endian
+//! # The file, version 5, little-endian
 //!
 //! | offset | type | content |
 //! |---|---|---|
 //! | 0 | `[u8; 4]` | magic `SXTF` |
-//! | 4 | u16 | version, 4 |
+//! | 4 | u16 | version, 5 |
 //! | 6 | u16 | width W, px, 1 to 32,767 |
 //! | 8 | u16 | height H, px, at least 1 |
 //! | 10 | u8 | bits of the converter, 1 to 16 |
 //! | 11 | u8 | zero |
 //! | 12 | u32 | number of frames N, at least 1 |
-//! | 16 | N x (i64, i64, i64, 3 x f32, H x W x u16) | frames one after the other: local time (microseconds since power-on) and
+//! | 16 | N x (i64, i64, i64, 3 x f32, i64, 3 x f32, H x W x u16) | frames one after the other: local time (microseconds since power-on) and
 //! Terrestrial Time (microseconds since J2000.0; the least i64: not known) of the middle of the exposure;
 //! local time of the gyro's reading (the least i64: none) and its rates about x, y, z of the body, rad/s;
-//! then the pixels row by row from the top left, digital numbers right-aligned |
+//! the same of the magnetometer and its flux densities, uT; then the pixels row by row from the top left, digital numbers right-aligned |
 //!
 //! The whole file stays below 2 GiB (the host takes a signed 32-bit offset); a frame of 1280 x 1024 px has
 //! 2.6 MB, so 800 of them fit.
@@ -29,16 +29,18 @@
 use crate::host::{File, HostError, Mode};
 use crate::marks;
 use fsw_hal::{
-    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, RateSensor, ReadingError,
-    Window,
+    AngularRate, Detector, DetectorError, DetectorGeometry, Instant, LocalTime, MagneticField, Magnetometer,
+    RateSensor, ReadingError, Window,
 };
 
 const MAGIC: [u8; 4] = *b"SXTF";
-const VERSION: u16 = 4;
+const VERSION: u16 = 5;
 const HEADER_BYTES: usize = 16;
 const PIXEL_BYTES: usize = size_of::<u16>();
-/// Before the pixels of a frame: two times, and the gyro's time and rates.
-const HEAD_BYTES: usize = 3 * size_of::<i64>() + 3 * size_of::<f32>();
+/// A reading: time and axes.
+const READING_BYTES: usize = size_of::<i64>() + 3 * size_of::<f32>();
+/// Before the pixels of a frame: two times and two readings.
+const HEAD_BYTES: usize = 2 * size_of::<i64>() + 2 * READING_BYTES;
 /// A time that is not known.
 const NONE: i64 = i64::MIN;
 const LARGEST_FILE_BYTES: u64 = i32::MAX as u64;
@@ -102,25 +104,30 @@ impl RecordedDetector {
         self.frames
     }
 
-    /// Turns to a second (past the last frame the last stays) and gives its times and its gyro.
+    /// Turns to a second (past the last frame the last stays) and gives its times and readings.
     ///
     /// # Errors
     /// When the file cannot be read.
-    pub fn turn_to(&mut self, second: u32) -> Result<(Instant, RecordedGyro), HostError> {
+    pub fn turn_to(&mut self, second: u32) -> Result<Second, HostError> {
         self.second = second.min(self.frames.saturating_sub(1));
         self.file.seek(self.frame_offset(self.second))?;
         self.local = LocalTime::from_us(self.read_i64()?);
-        let (terrestrial_us, read_us) = (self.read_i64()?, self.read_i64()?);
-        let mut rad_s = [0.0; 3];
-        for axis in &mut rad_s {
+        let terrestrial_us = Some(self.read_i64()?).filter(|us| *us != NONE);
+        let rate = self.read_reading()?.map(|(instant, rad_s)| AngularRate { instant, rad_s });
+        let field = self.read_reading()?.map(|(instant, ut)| MagneticField { instant, ut });
+        Ok((Instant { local: self.local, terrestrial_us }, Recorded(rate), Recorded(field)))
+    }
+
+    /// Time and axes of a reading, where there is one.
+    fn read_reading(&mut self) -> Result<Option<(LocalTime, [f32; 3])>, HostError> {
+        let read_us = self.read_i64()?;
+        let mut axes = [0.0; 3];
+        for axis in &mut axes {
             let mut bytes = [0; size_of::<f32>()];
             self.file.read(&mut bytes)?;
             *axis = f32::from_le_bytes(bytes);
         }
-        let reading = AngularRate { instant: LocalTime::from_us(read_us), rad_s };
-        let terrestrial_us = (terrestrial_us != NONE).then_some(terrestrial_us);
-        let gyro = RecordedGyro((read_us != NONE).then_some(reading));
-        Ok((Instant { local: self.local, terrestrial_us }, gyro))
+        Ok((read_us != NONE).then_some((LocalTime::from_us(read_us), axes)))
     }
 
     fn read_i64(&mut self) -> Result<i64, HostError> {
@@ -164,16 +171,25 @@ impl RecordedDetector {
     }
 }
 
-/// What a gyro read in a second; nothing where there is none.
+/// An instrument that gives what it read in a second; nothing where there is none.
 #[derive(Clone, Copy, Debug)]
-pub struct RecordedGyro(pub Option<AngularRate>);
+pub struct Recorded<T>(pub Option<T>);
 
-impl fsw_hal::ErrorType for RecordedGyro {
+/// Times, gyro and magnetometer of a second.
+pub type Second = (Instant, Recorded<AngularRate>, Recorded<MagneticField>);
+
+impl<T> fsw_hal::ErrorType for Recorded<T> {
     type Error = ReadingError;
 }
 
-impl RateSensor for RecordedGyro {
+impl RateSensor for Recorded<AngularRate> {
     fn angular_rate(&mut self) -> Result<Option<AngularRate>, ReadingError> {
+        Ok(self.0)
+    }
+}
+
+impl Magnetometer for Recorded<MagneticField> {
+    fn magnetic_field(&mut self) -> Result<Option<MagneticField>, ReadingError> {
         Ok(self.0)
     }
 }

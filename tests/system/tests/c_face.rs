@@ -125,7 +125,7 @@ fn the_c_program_refuses_bad_files_with_a_line_and_status_2() {
     assert_eq!(output.status.code(), Some(2), "{line}");
     assert!(line.starts_with("FRAMES: ") && line.trim_end().lines().count() == 1, "{line:?}");
 
-    let header = [&b"SXTF"[..], &[4, 0, 0, 5, 0, 4, 10, 0, 1, 0, 0, 0]].concat();
+    let header = [&b"SXTF"[..], &[5, 0, 0, 5, 0, 4, 10, 0, 1, 0, 0, 0]].concat();
     std::fs::write(folder.join("frames.bin"), header).unwrap();
     let output = run_c("host", &folder);
     let line = String::from_utf8_lossy(&output.stderr);

@@ -11,7 +11,7 @@ use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::{Guard, Mode};
 use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
-use fsw_core::sensor::Workspace;
+use fsw_core::sensor::{Instruments, Workspace};
 use fsw_core::shutting::ShutterParameters;
 use fsw_core::telemetry::{self, Event, MAX_FRAME_BYTES, Outcome, Report};
 use fsw_hal::{LocalTime, OpenPaths};
@@ -20,6 +20,7 @@ use sil_host::commands::record::record_flight;
 use sil_host::flight;
 use sil_host::formats::frames_file::Recording;
 use sil_host::scenario::Scenario;
+use sil_host::world::instruments::magnetometer::MagnetometerModel;
 use std::path::Path;
 use std::process::Command as Process;
 use system_tests::{scratch, target_dir, workspace};
@@ -32,6 +33,21 @@ const KEY: Key = Key::new([
 const SECONDS: usize = 34;
 const FLIGHT: Flight =
     Flight { clips: &[Clip { scenario: "geo-eclipse", from_s: 0, seconds: SECONDS as u32 }], ..MISSION };
+
+/// A low orbit with a magnetometer, whose star path is to be shut.
+const MAGNETIC: Flight = Flight {
+    clips: &[Clip { scenario: "leo-oblique", from_s: 60, seconds: 20 }],
+    magnetometer: Some(MagnetometerModel {
+        hard_iron_ut: [0.5, -0.3, 0.4],
+        zero_sigma_ut: 0.5,
+        noise_ut: 0.2,
+        drift_ut_h: 0.15,
+        resolution_ut: 0.043,
+        range_ut: 80.0,
+        ring_current_ut: 0.02,
+    }),
+    ..MISSION
+};
 
 /// The ground's packets, each with its second.
 struct Ground {
@@ -56,17 +72,24 @@ impl Ground {
     }
 }
 
-fn commands(recording: &mut Recording, wanted: &Parameters) -> Ground {
-    let mut ground = Ground { packets: Vec::new() };
-    let then = recording.turn_to(20);
-    let clip = Scenario::load(Path::new(FLIGHT.clips[0].scenario)).unwrap();
-    let truth = clip.scene().unwrap().truth_at(20).unwrap();
+/// The true orbit in a second of a flight of one clip, known to 10 km.
+fn orbit(flight: &Flight, recording: &mut Recording, second: u32) -> GroundOrbit {
+    let then = recording.turn_to(second as usize);
+    let Clip { scenario, from_s, .. } = flight.clips[0];
+    let clip = Scenario::load(Path::new(scenario)).unwrap();
+    let truth = clip.scene().unwrap().truth_at(u64::from(from_s + second)).unwrap();
     let state = OrbitState {
         time_us: then.terrestrial_us.expect("the clock is synchronised"),
         position_km: truth.position_km.into(),
         velocity_km_s: truth.velocity_km_s.into(),
     };
-    let orbit = GroundOrbit { state, position_sigma_km: 10.0, velocity_sigma_km_s: 0.01 };
+    GroundOrbit { state, position_sigma_km: 10.0, velocity_sigma_km_s: 0.01 }
+}
+
+fn commands(recording: &mut Recording, wanted: &Parameters) -> Ground {
+    let mut ground = Ground { packets: Vec::new() };
+    let orbit = orbit(&FLIGHT, recording, 20);
+    let then = recording.turn_to(20);
     ground.send(8, &Telecommand::Safe);
     ground.send(10, &Telecommand::Exposure(1));
     ground.send(11, &Telecommand::Exposure(90_000));
@@ -106,7 +129,16 @@ fn fly(recording: &mut Recording, parameters: Parameters, ground: &Ground) -> (V
             let _ = link.receive(packet);
         }
         let clock = &mut recording.turn_to(second);
-        let report = flight::second(&mut sensor, recording, clock, link.command());
+        let (mut rate_sensor, mut magnetometer) = recording.beside();
+        let mut instruments = Instruments {
+            detector: &mut *recording,
+            clock,
+            meter: &mut (),
+            rate_sensor: &mut rate_sensor,
+            magnetometer: &mut magnetometer,
+            shutter: &mut (),
+        };
+        let report = sensor.cycle(&mut instruments, link.command());
         link.conclude(report.command);
         let now = LocalTime::from_us(report.local_us);
         let mut buffer = [0; MAX_REPORT_BYTES];
@@ -142,6 +174,49 @@ fn emulated(folder: &Path) {
         .output()
         .expect("cargo starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Flies the recording of a folder on the target; telemetry and reports must be those of the host.
+fn compare_with_target(folder: &Path, ground: &Ground, reports: &[Report], packets: &[Vec<u8>]) {
+    std::fs::write(folder.join("commands.bin"), ground.file()).unwrap();
+    emulated(folder);
+    let mut stream = Vec::new();
+    for report in reports {
+        stream.extend_from_slice(telemetry::encode_next(report, &mut [0; MAX_FRAME_BYTES]).unwrap());
+    }
+    let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
+    assert!(read("obc.bin") == stream, "telemetry of host and target differs");
+    assert!(read("reports.bin") == packets.concat(), "reports of host and target differ");
+}
+
+#[test]
+fn a_magnetometer_flies_on_host_and_target_with_the_same_telemetry() {
+    let folder = scratch("magnetic");
+    let (files, _) = record_flight(&MAGNETIC, &folder).expect("it can be recorded");
+    let (_, parameters) = MAGNETIC.instrument().unwrap();
+    let parameters = Parameters { shutter: Some(ShutterParameters::default()), ..parameters };
+    std::fs::write(&files.parameters, parameters.encode(&mut [0; MAX_TABLE_BYTES]).unwrap()).unwrap();
+    let mut recording = Recording::load(&files.frames).unwrap();
+    let mut ground = Ground { packets: Vec::new() };
+    ground.send(5, &Telecommand::Orbit(orbit(&MAGNETIC, &mut recording, 4)));
+    ground.send(12, &Telecommand::Shutter(Some(OpenPaths::Earth)));
+    ground.send(15, &Telecommand::Reacquire);
+    let (reports, packets) = fly(&mut recording, parameters, &ground);
+    let known = |second: &Report| second.magnetometer.is_some();
+    assert!(!reports[..5].iter().any(known) && reports[6..].iter().all(known), "from the orbit on");
+    let used: Vec<_> =
+        reports.iter().map(|second| second.magnetometer.is_some_and(|field| field.used)).collect();
+    // Stars until the path is shut, then the carried attitude, then the Earth alone.
+    assert!(!used[..12].contains(&true) && !used[13..].contains(&false), "{used:?}");
+    let stars = Rotation::from_quaternion(reports[11].attitude.expect("it tracks").quaternion).unwrap();
+    let alone = reports[19].attitude.expect("an attitude by Earth and field");
+    let found: Rotation<Icrs, StarPath> = Rotation::from_quaternion(alone.quaternion).unwrap();
+    let off = found.angle_from(&stars).map(f32::to_degrees);
+    println!("by Earth and field: off by {off:?} deg, sigma {:?}", alone.sigma_rad.map(f32::to_degrees));
+    // It turns by half a degree in the eight seconds.
+    assert!(off.iter().zip(alone.sigma_rad).all(|(off, sigma)| off.abs() < 4.0 * sigma.to_degrees() + 0.6));
+    compare_with_target(&folder, &ground, &reports, &packets);
+    let _ = std::fs::remove_dir_all(&folder);
 }
 
 #[test]
@@ -204,15 +279,7 @@ fn every_command_flies_on_host_and_target_with_the_same_telemetry_and_reports() 
         .collect();
     assert_eq!(Parameters::decode(&dumped), Ok(wanted));
 
-    std::fs::write(folder.join("commands.bin"), ground.file()).unwrap();
-    emulated(&folder);
-    let mut stream = Vec::new();
-    for report in &reports {
-        stream.extend_from_slice(telemetry::encode_next(report, &mut [0; MAX_FRAME_BYTES]).unwrap());
-    }
-    let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
-    assert!(read("obc.bin") == stream, "telemetry of host and target differs");
-    assert!(read("reports.bin") == packets.concat(), "reports of host and target differ");
+    compare_with_target(&folder, &ground, &reports, &packets);
     // A recording is large.
     let _ = std::fs::remove_dir_all(&folder);
 }

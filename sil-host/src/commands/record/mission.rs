@@ -27,16 +27,18 @@
 
 use crate::error::HostError;
 use crate::flight::StarCalibration;
-use crate::formats::frames_file::FramesWriter;
+use crate::formats::frames_file::{FramesWriter, Readings};
 use crate::harness::ThisSecond;
 use crate::scenario::Scenario;
 use crate::world::detector::disturbances::Disturbances;
 use crate::world::detector::protons::Protons;
 use crate::world::instruments::gyro::{Gyro, GyroModel};
+use crate::world::instruments::magnetometer::{BodyMagnetometer, MagnetometerModel};
+use crate::world::scene::Scene;
 use fsw_core::modes::ModeParameters;
 use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::parameters::Parameters;
-use fsw_hal::{DetectorGeometry, Instant, LocalTime, RateSensor};
+use fsw_hal::{DetectorGeometry, Instant, LocalTime, Magnetometer, RateSensor};
 use std::path::Path;
 
 /// A piece of an embedded scenario.
@@ -63,6 +65,8 @@ pub struct Flight {
     pub disturbances: Option<(usize, fn() -> Disturbances)>,
     /// The gyro on board; none: what the scenarios say.
     pub gyro: Option<GyroModel>,
+    /// The magnetometer on board, whatever the scenarios say.
+    pub magnetometer: Option<MagnetometerModel>,
 }
 
 /// Every mode.
@@ -86,6 +90,7 @@ pub const MISSION: Flight = Flight {
     ],
     disturbances: None,
     gyro: None,
+    magnetometer: None,
 };
 
 /// The night before sunrise, and the Sun in the star path: what the stars gave the gyro carries.
@@ -93,6 +98,7 @@ pub const GYRO: Flight = Flight {
     clips: &[Clip { scenario: LEO, from_s: 3690, seconds: 54 }],
     disturbances: None,
     gyro: Some(FIBRE_OPTIC),
+    magnetometer: None,
 };
 
 /// A fibre-optic gyro, as the defaults of the flight parameters have it.
@@ -122,6 +128,7 @@ pub const WIDE_LIMB: Flight = Flight {
     ],
     disturbances: None,
     gyro: None,
+    magnetometer: None,
 };
 
 /// More spots than the flight code may look at, in which no stars are found.
@@ -129,6 +136,7 @@ pub const STORM: Flight = Flight {
     clips: &[Clip { scenario: LEO, from_s: 440, seconds: 12 }],
     disturbances: Some((0, storm)),
     gyro: None,
+    magnetometer: None,
 };
 
 /// The richest field of the scenarios, tracked, in which a storm begins: every window has more spots than it
@@ -140,6 +148,7 @@ pub const CROWD: Flight = Flight {
     ],
     disturbances: Some((1, crowd)),
     gyro: None,
+    magnetometer: None,
 };
 
 fn crowd() -> Disturbances {
@@ -173,15 +182,30 @@ const MODES: ModeParameters = ModeParameters {
 /// the orbit unknown.
 const FIELD_LENGTH_KM: f32 = 100.0;
 
-/// Parameters in a hurry; a recording has no magnetometer.
+/// Parameters in a hurry.
 fn hurried(parameters: Parameters) -> Parameters {
     let orbit = OrbitParameters { field_length_km: FIELD_LENGTH_KM, ..parameters.orbit };
-    Parameters { modes: MODES, orbit, magnetometer: None, ..parameters }
+    Parameters { modes: MODES, orbit, ..parameters }
 }
 
 fn flight_parameters(scenario: &Scenario) -> Result<Parameters, HostError> {
     let calibration = scenario.calibration()?;
     Ok(scenario.flight_parameters(calibration.as_ref().and_then(StarCalibration::open).as_ref()))
+}
+
+/// What gyro and magnetometer read in a second.
+fn readings(scenario: &Scenario, scene: &Scene, (cycle, instant): (u32, LocalTime)) -> Readings {
+    let Some(truth) = &scene.truth_at(cycle.into()) else { return Readings::default() };
+    let (seed, cycle) = (scenario.seed, cycle.into());
+    let rate = scenario
+        .gyro
+        .as_ref()
+        .and_then(|model| Gyro { model, seed, cycle, instant, truth }.angular_rate().ok()?);
+    let field = scenario
+        .magnetometer
+        .as_ref()
+        .and_then(|model| BodyMagnetometer { model, seed, cycle, instant, truth }.magnetic_field().ok()?);
+    Readings { rate, field }
 }
 
 impl Flight {
@@ -216,7 +240,7 @@ impl Flight {
         let more = self.disturbances.filter(|(first, _)| index >= *first);
         let disturbances = more.map_or(scenario.disturbances, |(_, disturbances)| disturbances());
         let gyro = self.gyro.or(scenario.gyro);
-        Ok(Scenario { disturbances, gyro, ..scenario })
+        Ok(Scenario { disturbances, gyro, magnetometer: self.magnetometer, ..scenario })
     }
 
     /// Writes the frames.
@@ -236,14 +260,10 @@ impl Flight {
                 });
                 last = Some((local_us, instant_us));
                 let instant = Instant::new(LocalTime::from_us(local_us), instant_us);
-                let rate = scenario.gyro.as_ref().and_then(|model| {
-                    let (cycle, instant) = (cycle.into(), instant.local);
-                    let truth = &scene.truth_at(cycle)?;
-                    Gyro { model, seed: scenario.seed, cycle, instant, truth }.angular_rate().ok()?
-                });
+                let readings = readings(&scenario, &scene, (cycle, instant.local));
                 let mut detector =
                     ThisSecond { scene: &mut scene, cycle: cycle.into(), instant: instant.local };
-                writer.record(&mut detector, (instant, rate), scenario.exposure_us)?;
+                writer.record(&mut detector, (instant, readings), scenario.exposure_us)?;
             }
         }
         Ok(())
