@@ -11,7 +11,7 @@
 use super::Sensor;
 use super::attitude::sigma_across;
 use super::propagation::{Ephemeris, Reading, usable};
-use super::record::Record;
+use super::record::{Field, Record};
 use crate::attitude::VectorPair;
 use crate::frames::{Direction, Icrs, Rotation, StarPath};
 use crate::magnetism::CONTRADICTION;
@@ -24,17 +24,6 @@ use nalgebra::Vector3;
 const DIRECTION_RAD: f32 = 0.175;
 /// The field falls with the cube of the distance: its error by a place off by a share of it.
 const BY_DISTANCE: f32 = 3.0;
-
-/// The Earth's field in a second, as it is read and as it should be.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Field {
-    /// The reading, Earth path, uT.
-    pub(super) reading_ut: Vector3<f32>,
-    /// The field where the orbit has the satellite.
-    expected_ut: Vector3<f32>,
-    /// Its standard deviation, an axis, uT.
-    sigma_ut: f32,
-}
 
 impl Sensor<'_> {
     /// Takes a reading for this second's field.

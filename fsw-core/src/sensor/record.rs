@@ -1,7 +1,6 @@
 //! The record of a second: what each stage returned. The [`Report`] is made of it here, once, at the end of
 //! the second; no stage reads what another one has put into the record but by its arguments.
 
-use super::magnetism::Field;
 use super::timekeeping::Time;
 use crate::catalog::Catalogue;
 use crate::command::CommandOutcome;
@@ -20,6 +19,7 @@ use crate::telemetry::{
 };
 use fsw_hal::OpenPaths;
 use heapless::Vec;
+use nalgebra::Vector3;
 
 /// What happened in a second, in the order of its stages.
 #[derive(Debug, Default)]
@@ -124,6 +124,17 @@ pub(super) struct EarthRecord {
     pub(super) looked: Looked,
     /// Whether no limb in the field is lit, by what was seen or by the orbit; `None` where neither tells.
     pub(super) dark: Option<bool>,
+}
+
+/// The Earth's magnetic field in a second, as it is read and as it should be.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Field {
+    /// The reading, Earth path, uT.
+    pub(super) reading_ut: Vector3<f32>,
+    /// The field where the orbit has the satellite, ICRS axes, uT.
+    pub(super) expected_ut: Vector3<f32>,
+    /// Its standard deviation, an axis, uT.
+    pub(super) sigma_ut: f32,
 }
 
 /// What the orbit filter made of a fix.

@@ -20,9 +20,8 @@ use crate::earth::{Body, EarthFix};
 use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use crate::magnetism::CONTRADICTION;
 use crate::sensor::Sensor;
-use crate::sensor::magnetism::Field;
 use crate::sensor::propagation::Ephemeris;
-use crate::sensor::record::{EarthRecord, Looked, Solution};
+use crate::sensor::record::{EarthRecord, Field, Looked, Solution};
 use crate::telemetry::AttitudeReport;
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 
