@@ -120,7 +120,8 @@ pub struct AttitudeReport {
     /// none: predicted, or too few stars for an attitude of their own, each taken where it was expected.
     pub log10_false: f32,
     /// Seconds since the image from which it was found was taken. Above 0 it is carried on: without a rate
-    /// sensor its sigmas hold how well the rate was known then, and no manoeuvre since.
+    /// sensor its sigmas hold how well the rate was known then, and of manoeuvres since those of the
+    /// parameter `tracking.manoeuvre_rad_s2`.
     pub age_s: u16,
 }
 

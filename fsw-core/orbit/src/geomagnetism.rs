@@ -79,11 +79,10 @@ pub fn flux_density_ut(position_km: &Vector3<f64>, pole: &Vector3<f64>, time_us:
     let to_equator = equator_axes(pole);
     let (sine, cosine) = sine_cosine(rotation_rad(CentralBody::Earth, time_us));
     let r = to_equator * position_km.map(|axis| axis as f32);
-    let turned = Vector3::new(cosine * r.x + sine * r.y, cosine * r.y - sine * r.x, r.z);
     let field = Harmonics { radius_km: RADIUS_KM, first: 1, coefficients: &COEFFICIENTS };
     // B = -∇V, V = R²/r Σ (R/r)^n ...
-    let b = field.gradient(-RADIUS_KM * RADIUS_KM, &turned, MAX_DEGREE, MAX_DEGREE);
-    to_equator.tr_mul(&Vector3::new(cosine * b.x - sine * b.y, sine * b.x + cosine * b.y, b.z))
+    let scale = -RADIUS_KM * RADIUS_KM;
+    to_equator.tr_mul(&field.turned_gradient(scale, (&r, [sine, cosine]), MAX_DEGREE, MAX_DEGREE))
 }
 
 #[cfg(test)]

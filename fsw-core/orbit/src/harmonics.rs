@@ -49,7 +49,7 @@ fn at(column: &Column, degree: usize) -> f32 {
 impl Harmonics {
     /// Gradient at `r`, km, by the terms up to `degree` and `order`, times `scale`, the potential's `k`.
     #[inline(never)]
-    pub(super) fn gradient(&self, scale: f32, r: &Vector3<f32>, degree: u8, order: u8) -> Vector3<f32> {
+    fn gradient(&self, scale: f32, r: &Vector3<f32>, degree: u8, order: u8) -> Vector3<f32> {
         let inverse = 1.0 / libm::sqrtf(r.dot(r));
         let [s, t, u] = [r.x * inverse, r.y * inverse, r.z * inverse];
         let mut powers = [0.0; MOST + 2];
@@ -84,5 +84,19 @@ impl Harmonics {
             this = next;
         }
         sum + Vector3::new(s, t, u) * radial
+    }
+
+    /// The same along axes of the equator against which the body has turned by an angle, given by its sine
+    /// and cosine.
+    pub(super) fn turned_gradient(
+        &self,
+        scale: f32,
+        (r, [sine, cosine]): (&Vector3<f32>, [f32; 2]),
+        degree: u8,
+        order: u8,
+    ) -> Vector3<f32> {
+        let fixed = Vector3::new(cosine * r.x + sine * r.y, cosine * r.y - sine * r.x, r.z);
+        let along = self.gradient(scale, &fixed, degree, order);
+        Vector3::new(cosine * along.x - sine * along.y, sine * along.x + cosine * along.y, along.z)
     }
 }

@@ -81,9 +81,7 @@ impl Perturbations {
         let Forces { body, degree, order, drag_m2_kg, .. } = self.forces;
         let facts = body.facts();
         let (sine, cosine) = sine_cosine(self.rotation_rad + facts.rate_rad_s as f32 * since_s);
-        let turned = Vector3::new(cosine * r.x + sine * r.y, cosine * r.y - sine * r.x, r.z);
-        let pull = gravity::acceleration(body, &turned, degree, order);
-        let mut sum = Vector3::new(cosine * pull.x - sine * pull.y, sine * pull.x + cosine * pull.y, pull.z);
+        let mut sum = gravity::acceleration(body, (&r, [sine, cosine]), degree, order);
         if self.forces.sun_and_moon {
             for (place, mu) in &self.bodies {
                 sum += tide(place, *mu, &r);

@@ -109,8 +109,8 @@ impl Sensor<'_> {
     pub(super) fn propagated(&self, predicted: bool) -> Option<Solution> {
         let motion = self.motion.as_ref().filter(|motion| !predicted || motion.is_steady())?;
         let (attitude, sigma_rad) = motion.at(self.now)?;
-        let turned_rad = self.manoeuvred_rad(motion);
-        let sigma_rad = self.with_common_errors(sigma_rad).map(|sigma| libm::hypotf(sigma, turned_rad));
+        let mut sigma_rad = self.with_common_errors(sigma_rad);
+        widen(&mut sigma_rad, [self.manoeuvred_rad(motion); 3]);
         let limit_rad = self.parameters.tracking.carried_sigma_rad;
         sigma_rad.iter().all(|sigma| *sigma <= limit_rad).then(|| Solution {
             attitude: AttitudeReport {

@@ -13,7 +13,7 @@ use super::attitude::sigma_across;
 use super::propagation::{Ephemeris, Reading, usable};
 use super::record::{Field, Record};
 use crate::attitude::VectorPair;
-use crate::frames::{Direction, Icrs, Rotation, StarPath};
+use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use crate::magnetism::CONTRADICTION;
 use crate::orbit::geomagnetism;
 use crate::telemetry::{AttitudeReport, Event};
@@ -52,9 +52,12 @@ impl Sensor<'_> {
         Some(Field { reading_ut, expected_ut, sigma_ut: libm::hypotf(errors.field_ut, by_place_ut) })
     }
 
-    /// The field as a direction: seen in the star path, and as it should be; with the standard deviation of
-    /// one reading. `None` where it is too weak, or not as strong as it should be.
-    pub(super) fn magnetic_direction(&self, field: &Field) -> Option<VectorPair> {
+    /// The field as a direction: as it is seen, and as it should be; with the standard deviation of one
+    /// reading, rad. `None` where it is too weak, or not as strong as it should be.
+    pub(super) fn magnetic_direction(
+        &self,
+        field: &Field,
+    ) -> Option<(Direction<EarthPath>, Direction<Icrs>, f32)> {
         let errors = self.parameters.magnetometer?;
         let seen_ut = field.reading_ut - self.magnetism.zero_ut();
         let sigma_ut = self.magnetism.sigma_ut(&errors, field.sigma_ut);
@@ -65,28 +68,25 @@ impl Sensor<'_> {
         if !(sigma_rad < DIRECTION_RAD && off_ut < CONTRADICTION * sigma_ut) {
             return None;
         }
-        Some(VectorPair {
-            measured: self.mounting().inverse().apply(&Direction::new(seen_ut)?),
-            reference: Direction::new(field.expected_ut)?,
-            sigma_rad,
-        })
+        Some((Direction::new(seen_ut)?, Direction::new(field.expected_ut)?, sigma_rad))
     }
 
     /// Holds the attitude that is carried on to the field of a second without stars.
     #[inline(never)]
     pub(super) fn hold_by_field(&mut self, record: &mut Record) {
         let (Some(field), Some(errors)) = (&record.field, &self.parameters.magnetometer) else { return };
-        let Some(seen) = self.magnetic_direction(field) else { return };
+        let Some((seen, reference, sigma_rad)) = self.magnetic_direction(field) else { return };
+        let measured = self.mounting().inverse().apply(&seen);
         let averaged_ut = self.magnetism.averaged_sigma_ut(errors, field.sigma_ut);
         let (now, Some(motion)) = (self.now, &mut self.motion) else { return };
-        let Some((attitude, sigma_rad)) = motion.at(now) else { return };
-        let across_rad = sigma_across(sigma_rad, seen.measured.vector());
-        let off = seen.measured.vector().cross(attitude.apply(&seen.reference).vector());
-        if off.norm() > CONTRADICTION * libm::hypotf(seen.sigma_rad, across_rad) {
+        let Some((attitude, carried_rad)) = motion.at(now) else { return };
+        let across_rad = sigma_across(carried_rad, measured.vector());
+        let off = measured.vector().cross(attitude.apply(&reference).vector());
+        if off.norm() > CONTRADICTION * libm::hypotf(sigma_rad, across_rad) {
             motion.contradict(now);
             return;
         }
-        let averaged = VectorPair { sigma_rad: averaged_ut / field.expected_ut.norm(), ..seen };
+        let averaged = VectorPair { measured, reference, sigma_rad: averaged_ut / field.expected_ut.norm() };
         record.field_used = motion.measurement_update_direction(&averaged, now);
     }
 

@@ -25,7 +25,7 @@ use crate::judge::expected::word;
 use crate::output::write_whole;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
-use fsw_core::sensor::{Command, Instruments, Workspace};
+use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_core::telemetry::{self, Report};
 use fsw_hal::{Detector, DetectorGeometry, Instant, LocalTime};
@@ -74,22 +74,24 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
         HostError::usage(format!("the flight code refuses to start ({error:?})"), "report this")
     })?;
     let seconds = recording.len();
-    let fly = |second: usize| {
-        let clock = &mut recording.turn_to(second);
-        let (mut rate_sensor, mut magnetometer) = recording.beside();
-        sensor.cycle(
-            &mut Instruments {
-                detector: &mut recording,
-                clock,
-                meter: &mut (),
-                rate_sensor: &mut rate_sensor,
-                magnetometer: &mut magnetometer,
-                shutter: &mut (),
-            },
-            Command::Continue,
-        )
+    Ok((0..seconds)
+        .map(|second| fly_second(&mut sensor, &mut recording, second, Command::Continue))
+        .collect())
+}
+
+/// A recorded second of a sensor, with what was read beside the detector.
+pub fn fly_second(sensor: &mut Sensor, recording: &mut Recording, second: usize, command: Command) -> Report {
+    let clock = &mut recording.turn_to(second);
+    let (mut rate_sensor, mut magnetometer) = recording.beside();
+    let mut instruments = Instruments {
+        detector: recording,
+        clock,
+        meter: &mut (),
+        rate_sensor: &mut rate_sensor,
+        magnetometer: &mut magnetometer,
+        shutter: &mut (),
     };
-    Ok((0..seconds).map(fly).collect())
+    sensor.cycle(&mut instruments, command)
 }
 
 /// Records the frames that `draw` writes, the table, and the host's telemetry, into a folder that exists or

@@ -11,12 +11,12 @@ use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::{Guard, Mode};
 use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
-use fsw_core::sensor::{Instruments, Workspace};
+use fsw_core::sensor::Workspace;
 use fsw_core::shutting::ShutterParameters;
 use fsw_core::telemetry::{self, Event, MAX_FRAME_BYTES, Outcome, Report};
 use fsw_hal::{LocalTime, OpenPaths};
 use sil_host::commands::record::mission::{Clip, Flight, MISSION};
-use sil_host::commands::record::record_flight;
+use sil_host::commands::record::{fly_second, record_flight};
 use sil_host::flight;
 use sil_host::formats::frames_file::Recording;
 use sil_host::scenario::Scenario;
@@ -128,17 +128,7 @@ fn fly(recording: &mut Recording, parameters: Parameters, ground: &Ground) -> (V
         for (_, packet) in ground.packets.iter().filter(|(due, _)| *due as usize == second) {
             let _ = link.receive(packet);
         }
-        let clock = &mut recording.turn_to(second);
-        let (mut rate_sensor, mut magnetometer) = recording.beside();
-        let mut instruments = Instruments {
-            detector: &mut *recording,
-            clock,
-            meter: &mut (),
-            rate_sensor: &mut rate_sensor,
-            magnetometer: &mut magnetometer,
-            shutter: &mut (),
-        };
-        let report = sensor.cycle(&mut instruments, link.command());
+        let report = fly_second(&mut sensor, recording, second, link.command());
         link.conclude(report.command);
         let now = LocalTime::from_us(report.local_us);
         let mut buffer = [0; MAX_REPORT_BYTES];

@@ -137,9 +137,6 @@ impl Sensor<'_> {
         field: Option<&Field>,
     ) -> Result<Option<Seen>, DetectorError> {
         let field = field.and_then(|field| self.magnetic_direction(field));
-        let field = field.map(|VectorPair { measured, reference, sigma_rad }| {
-            (self.mounting().apply(&measured), reference, sigma_rad)
-        });
         // How its axes lie is not known: of so flat an ellipsoid any will do.
         let body = Body::new(&Direction::z(), None, &self.parameters.earth);
         let (limb_sensor, mut buffers) = self.limb_sensor(&body);
