@@ -16,9 +16,9 @@
 //! process noise.
 //!
 //! The transition of errors is eq. 5.23. There the gravity gradient `G` is constant over the span; here it is
-//! taken at both ends and in the middle and integrated by Simpson's rule, to the second order in `G`. Error
-//! relative to the numerical derivative of the propagation: 2e-6 over 60 s, 1e-4 over 150 s (test
-//! `the_transition_is_the_derivative_of_the_propagation`).
+//! taken at both ends and in the middle and integrated by Simpson's rule, to the second order in `G`, in f32:
+//! what it adds to the unit matrix is small. Error relative to the numerical derivative of the propagation:
+//! 2e-6 over 60 s, 1e-4 over 150 s (test `the_transition_is_the_derivative_of_the_propagation`).
 
 use super::body::CentralBody;
 use super::constants::MICROSECONDS;
@@ -26,9 +26,7 @@ use super::ephemeris::{Bodies, pole_axis};
 use super::forces::Forces;
 use super::perturbations::Perturbations;
 use super::{OrbitState, finite};
-use fsw_ground::matrix::{
-    add_scaled, add_to_diagonal, dot, plus_scaled, product, product_transposed, scaled,
-};
+use fsw_ground::matrix::{add_scaled, dot, plus_scaled};
 use nalgebra::{Matrix3, Vector3};
 
 /// Longest step as long as [`MAX_STEPS`] allow it, s.
@@ -188,16 +186,19 @@ impl Forces {
     #[inline(never)]
     pub fn transition(&self, before: &OrbitState, after: &OrbitState) -> Transition {
         let dt = after.time_us.saturating_sub(before.time_us) as f64 / MICROSECONDS;
+        let single = |vector: &Vector3<f64>| vector.map(|axis| axis as f32);
+        let [first, last] = [before, after].map(|state| single(&state.position_km));
+        let change = single(&before.velocity_km_s) - single(&after.velocity_km_s);
         // Hermite's cubic through both ends.
-        let mean = scaled(&plus_scaled(&before.position_km, 1.0, &after.position_km), 0.5);
-        let change = plus_scaled(&before.velocity_km_s, -1.0, &after.velocity_km_s);
-        let middle = plus_scaled(&mean, 0.125 * dt, &change);
+        let middle = (first + last) * 0.5 + change * (0.125 * dt as f32);
         let bulge = self.bulge_km2();
-        let pole = if bulge == 0.0 { Vector3::zeros() } else { pole_axis(self.body, before.time_us) };
-        let gradients = [&before.position_km, &middle, &after.position_km]
-            .map(|position_km| gravity_gradient(position_km, (self.body.facts().mu_km3_s2, bulge), &pole));
-        let [first, middle, last] = &gradients;
-        let square = product(middle, middle);
+        let pole =
+            if bulge == 0.0 { Vector3::zeros() } else { single(&pole_axis(self.body, before.time_us)) };
+        let pull = (self.body.facts().mu_km3_s2 as f32, bulge as f32);
+        let [first, middle, last] =
+            [first, middle, last].map(|position_km| gravity_gradient(&position_km, pull, &pole));
+        let square = middle * middle;
+        let (dt2, dt1) = ((dt * dt) as f32, dt as f32);
         let mut rows = [[0.0; 6]; 6];
         let mut set = |i: usize, j: usize, value: f64| {
             if let Some(element) = rows.get_mut(i).and_then(|row| row.get_mut(j)) {
@@ -205,15 +206,16 @@ impl Forces {
             }
         };
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
-            let of = |matrix: &Matrix3<f64>| matrix.get((i, j)).copied().unwrap_or(0.0);
+            let of = |matrix: &Matrix3<f32>| matrix.get((i, j)).copied().unwrap_or(0.0);
             // Simpson's weights 1/6, 4/6, 1/6; the middle one is shared by the first half and the second.
-            let (first, third, last) = (of(first) / 6.0, of(middle) / 3.0, of(last) / 6.0);
-            let square = of(&square) * (dt * dt / 6.0);
+            let (first, third, last) =
+                (of(&first) * (1.0 / 6.0), of(&middle) * (1.0 / 3.0), of(&last) * (1.0 / 6.0));
+            let square = of(&square) * (dt2 * (1.0 / 6.0));
             let one = if i == j { 1.0 } else { 0.0 };
-            set(i, j, one + (first + third + 0.25 * square) * dt * dt);
-            set(i, j + 3, (one + (0.5 * third + 0.05 * square) * dt * dt) * dt);
-            set(i + 3, j, (first + 2.0 * third + last + square) * dt);
-            set(i + 3, j + 3, one + (third + last + 0.25 * square) * dt * dt);
+            set(i, j, one + f64::from((first + third + 0.25 * square) * dt2));
+            set(i, j + 3, (one + f64::from((0.5 * third + 0.05 * square) * dt2)) * dt);
+            set(i + 3, j, f64::from((first + 2.0 * third + last + square) * dt1));
+            set(i + 3, j + 3, one + f64::from((third + last + 0.25 * square) * dt2));
         }
         rows
     }
@@ -223,22 +225,20 @@ impl Forces {
 /// that of the bulge about the pole, `bulge` being [`Forces::bulge_km2`]. Without the bulge's part, 0.3 %
 /// in LEO, sigmas would stop growing after some orbits.
 #[inline(never)]
-fn gravity_gradient(r: &Vector3<f64>, (mu_km3_s2, bulge): (f64, f64), pole: &Vector3<f64>) -> Matrix3<f64> {
-    let per_square = 1.0 / dot(r, r).max(1.0);
-    let mass = mu_km3_s2 * per_square * libm::sqrt(per_square);
+fn gravity_gradient(r: &Vector3<f32>, (mu_km3_s2, bulge): (f32, f32), pole: &Vector3<f32>) -> Matrix3<f32> {
+    let per_square = 1.0 / r.dot(r).max(1.0);
+    let mass = mu_km3_s2 * per_square * libm::sqrtf(per_square);
     let bulge = bulge * per_square * mass;
-    let height = dot(pole, r);
+    let height = pole.dot(r);
     let share = height * height * per_square;
     // With `h` the height over the equator, `m` mass and `b` bulge: (3 m + 5 b - 35 b h² / r²) r rᵀ / r²
     // + 10 b h (r pᵀ + p rᵀ) / r² - 2 b p pᵀ - (m + b - 5 b h² / r²) I.
     let lean = 10.0 * bulge * height * per_square;
     let radial = (3.0 * mass + bulge * (5.0 - 35.0 * share)) * per_square;
-    let by_radius = plus_scaled(&scaled(r, radial), lean, pole);
-    let by_pole = plus_scaled(&scaled(r, lean), -2.0 * bulge, pole);
-    let mut gradient = product_transposed(&by_radius, r);
-    add_scaled(&mut gradient, 1.0, &product_transposed(&by_pole, pole));
-    add_to_diagonal(&mut gradient, -mass - bulge * (1.0 - 5.0 * share));
-    gradient
+    let by_radius = r * radial + pole * lean;
+    let by_pole = r * lean - pole * (2.0 * bulge);
+    let around = mass + bulge * (1.0 - 5.0 * share);
+    by_radius * r.transpose() + by_pole * pole.transpose() - Matrix3::from_diagonal_element(around)
 }
 
 #[cfg(test)]

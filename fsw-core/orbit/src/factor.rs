@@ -60,6 +60,8 @@ pub struct Factor {
     rows: [Columns; STATES],
     /// Spare columns in use.
     used: usize,
+    /// Whether a triangle is all there is, but for the full block of position and velocity.
+    settled: bool,
 }
 
 impl Default for Factor {
@@ -71,12 +73,12 @@ impl Default for Factor {
 impl Factor {
     /// Of states that are all known.
     pub const fn new() -> Self {
-        Self { rows: [[0.0; COLUMNS]; STATES], used: 0 }
+        Self { rows: [[0.0; COLUMNS]; STATES], used: 0, settled: false }
     }
 
     /// Makes it that of states that are independent, with these sigmas.
     pub fn begin(&mut self, sigmas: &Row) {
-        self.used = 0;
+        (self.used, self.settled) = (0, true);
         for ((state, row), sigma) in self.rows.iter_mut().enumerate().zip(sigmas) {
             row.fill(0.0);
             if let Some(place) = row.get_mut(state) {
@@ -87,6 +89,7 @@ impl Factor {
 
     /// Sets an element of the factor.
     pub fn set(&mut self, state: usize, column: usize, value: f32) {
+        self.settled &= column <= state || column < MOTION;
         if let Some(place) = self.rows.get_mut(state).and_then(|row| row.get_mut(column)) {
             *place = value;
         }
@@ -94,10 +97,9 @@ impl Factor {
 
     /// An element of the covariance.
     pub fn covariance(&self, one: usize, other: usize) -> f32 {
-        match (self.rows.get(one), self.rows.get(other)) {
-            (Some(one), Some(other)) => dot(one, other),
-            _ => 0.0,
-        }
+        let length = if self.settled { (one.min(other) + 1).max(MOTION) } else { COLUMNS };
+        let row = |state| self.rows.get(state).and_then(|row: &Columns| row.get(..length));
+        row(one).zip(row(other)).map_or(0.0, |(one, other)| dot(one, other))
     }
 
     /// The block of three states from each of these on.
@@ -124,7 +126,8 @@ impl Factor {
 
     /// Sum of all words.
     pub fn word_sum(&self) -> u32 {
-        word_sum::of_singles(self.rows.as_flattened()).wrapping_add(self.used as u32)
+        let rows = word_sum::of_singles(self.rows.as_flattened());
+        rows.wrapping_add(self.used as u32).wrapping_add(u32::from(self.settled) << 16)
     }
 
     /// Whether every element is finite and below 1e12.
@@ -135,7 +138,7 @@ impl Factor {
     /// `Φ S` for position and velocity.
     #[inline(never)]
     pub fn propagate(&mut self, transition: &[[f32; MOTION]; MOTION]) {
-        for column in 0..COLUMNS {
+        for column in 0..if self.settled { MOTION } else { COLUMNS } {
             let old: [f32; MOTION] = core::array::from_fn(|k| {
                 self.rows.get(k).and_then(|row| row.get(column)).copied().unwrap_or(0.0)
             });
@@ -194,7 +197,7 @@ impl Factor {
                 *element = if at == 0 { -length } else { 0.0 };
             }
         }
-        self.used = 0;
+        (self.used, self.settled) = (0, true);
     }
 
     /// `Sᵀ h`.
@@ -212,6 +215,7 @@ impl Factor {
     /// Update by an observation of unit variance; gives the gain, which is zero for a considered misalignment.
     #[inline(never)]
     pub fn update(&mut self, sensitivity: &Row, misalignment: Misalignment) -> Row {
+        self.settled = false;
         let carried = self.carried(sensitivity);
         let variance = dot(&carried, &carried) + 1.0;
         let root = libm::sqrtf(variance);

@@ -27,7 +27,7 @@ use super::beginning::{Beginning, CALLS_OF_A_TRIAL, FirstOrbit, is_orbit};
 use super::body::CentralBody;
 use super::constants::MICROSECONDS;
 use super::dynamics::MAX_SPAN_US;
-use super::factor::{EDGE, Factor, HEIGHT, MISALIGNMENT, POSITION};
+use super::factor::{EDGE, Factor, HEIGHT, MISALIGNMENT, POSITION, VELOCITY};
 use super::look::LimbHeight;
 use super::motion::MotionCovariance;
 use super::observation::{FixError, check, rows_of};
@@ -348,6 +348,11 @@ impl OrbitFilter {
     /// Trace of the position's covariance, km², linear: without what a long error along the orbit bends.
     pub fn position_trace_km2(&self) -> Option<f32> {
         self.factor().map(|factor| factor.trace(POSITION))
+    }
+
+    /// Trace of the velocity's covariance, km²/s², linear.
+    pub fn velocity_trace_km2_s2(&self) -> Option<f32> {
+        self.factor().map(|factor| factor.trace(VELOCITY))
     }
 
     /// Position about `body` and its covariance (km, km², ICRS axes) at a time for which it was propagated;

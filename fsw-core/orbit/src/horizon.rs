@@ -65,6 +65,39 @@ pub fn waves(cosine: f32, sine: f32) -> [f32; WAVES] {
     waves
 }
 
+/// By how much of it a length along the pole is longer in sphere space.
+fn stretch(body: CentralBody) -> f64 {
+    let facts = body.facts();
+    facts.radius_km / facts.polar_km - 1.0
+}
+
+/// A vector in sphere space, along ICRS axes.
+fn stretched(vector: &Vector3<f64>, stretch: f64, pole: &Vector3<f64>) -> Vector3<f64> {
+    plus_scaled(vector, stretch * dot(pole, vector), pole)
+}
+
+/// Sine and cosine of the limb cone's half angle from a place in sphere space, and the limb's distance, km; `None`
+/// inside the sphere.
+fn limb(place_km: &Vector3<f64>, radius_km: f32) -> Option<[f64; 3]> {
+    let radius_km = f64::from(radius_km);
+    let sine = radius_km / libm::sqrt(dot(place_km, place_km));
+    if sine > 0.9999 {
+        return None;
+    }
+    let cosine = libm::sqrt(1.0 - sine * sine);
+    Some([sine, cosine, radius_km * cosine / sine])
+}
+
+/// The limb's distance from a position about `body`, km; `None` as for [`LimbGeometry::of`].
+pub fn limb_distance_km(
+    body: CentralBody,
+    position_km: &Vector3<f64>,
+    pole: &Vector3<f64>,
+    radius_km: f32,
+) -> Option<f32> {
+    limb(&stretched(position_km, stretch(body), pole), radius_km).map(|[.., distance_km]| distance_km as f32)
+}
+
 /// The limb as it is seen from a place: geometry of the horizon model.
 #[derive(Clone, Copy, Debug)]
 pub struct LimbGeometry {
@@ -91,17 +124,12 @@ impl LimbGeometry {
     pub fn of(body: CentralBody, state: &OrbitState, pole: &Vector3<f64>, radius_km: f32) -> Option<Self> {
         let facts = body.facts();
         let OrbitState { position_km, velocity_km_s, .. } = state;
-        let stretch = facts.radius_km / facts.polar_km - 1.0;
-        let stretched = |vector: &Vector3<f64>| plus_scaled(vector, stretch * dot(pole, vector), pole);
-        let place_km = stretched(position_km);
-        let axes = lvlh::lvlh(&place_km, &stretched(velocity_km_s))?.map(|element| element as f32);
+        let stretch = stretch(body);
+        let place_km = stretched(position_km, stretch, pole);
+        let axes =
+            lvlh::lvlh(&place_km, &stretched(velocity_km_s, stretch, pole))?.map(|element| element as f32);
         let square_km2 = dot(position_km, position_km);
-        let wide_km = f64::from(radius_km);
-        let sine = wide_km / libm::sqrt(dot(&place_km, &place_km));
-        if sine > 0.9999 {
-            return None;
-        }
-        let cosine = libm::sqrt(1.0 - sine * sine);
+        let [sine, cosine, distance_km] = limb(&place_km, radius_km)?;
         // Of the point below the satellite: angular velocity r x v / r² less that of the body.
         let turn = scaled(&cross(position_km, velocity_km_s), 1.0 / square_km2);
         let turn = plus_scaled(&turn, -facts.rate_rad_s, pole);
@@ -112,7 +140,7 @@ impl LimbGeometry {
             moves: axes + axes * pole * (pole.transpose() * stretch as f32),
             sine: sine as f32,
             cosine: cosine as f32,
-            distance_km: (wide_km * cosine / sine) as f32,
+            distance_km: distance_km as f32,
             ground_km_s: (libm::sqrt(dot(&turn, &turn)) * facts.radius_km) as f32,
         })
     }

@@ -31,6 +31,8 @@ pub struct Look {
     pub begun_us: i64,
     /// Radius of the limb's sphere in sphere space, km.
     pub radius_km: f32,
+    /// How long it lasts, s.
+    pub lasts_s: f32,
     /// Sum of the points' times since then, s.
     sum_s: f32,
     /// Their number.
@@ -38,9 +40,9 @@ pub struct Look {
 }
 
 impl Look {
-    /// One that begins at this time, of the heights above such a sphere.
-    pub const fn new(begun_us: i64, radius_km: f32) -> Self {
-        Self { rows: [[0.0; WAVES + 1]; WAVES], begun_us, radius_km, sum_s: 0.0, count: 0.0 }
+    /// One that begins at this time and lasts so long, of the heights above such a sphere.
+    pub const fn new(begun_us: i64, lasts_s: f32, radius_km: f32) -> Self {
+        Self { rows: [[0.0; WAVES + 1]; WAVES], begun_us, radius_km, lasts_s, sum_s: 0.0, count: 0.0 }
     }
 
     /// Adds a point's height, seen `since_s` after the begin.

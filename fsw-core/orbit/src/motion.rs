@@ -13,7 +13,7 @@ use fsw_ground::matrix::{dot, dot_slices, scaled};
 use nalgebra::{Matrix3, Vector3};
 
 /// Half of √3.
-const SECOND_ORDER: f64 = 0.866;
+const SECOND_ORDER: f32 = 0.866;
 
 /// Covariance of position (km) and velocity (km/s), ICRS axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,25 +73,24 @@ impl MotionCovariance {
     /// That of a filter's state.
     #[inline(never)]
     pub(crate) fn of(factor: &Factor, OrbitState { position_km, velocity_km_s, .. }: &OrbitState) -> Self {
+        let mut motion = [0.0; MOTION];
+        for (place, element) in motion.iter_mut().zip(position_km.iter().chain(velocity_km_s)) {
+            *place = *element as f32;
+        }
         let mut covariance = [[0.0; MOTION]; MOTION];
         for (i, row) in covariance.iter_mut().enumerate() {
             for (j, element) in row.iter_mut().enumerate() {
                 *element = factor.covariance(i, j);
             }
         }
-        let linear = Self(covariance);
-        let block = linear.position_km2();
-        let square_km2 = dot(position_km, position_km).max(1.0);
-        let vertical_km2 = position_km.dot(&(block * position_km)) / square_km2;
-        let share = SECOND_ORDER * (block.trace() - vertical_km2).max(0.0) / square_km2;
-        let motion = position_km.iter().chain(velocity_km_s);
-        let mut bend = [0.0; MOTION];
-        for (place, element) in bend.iter_mut().zip(motion) {
-            *place = (share * element) as f32;
-        }
-        for (row, one) in covariance.iter_mut().zip(&bend) {
-            for (element, other) in row.iter_mut().zip(&bend) {
-                *element += one * other;
+        let place = motion.get(..VELOCITY).unwrap_or(&[]);
+        let square_km2 = dot_slices(place, place).max(1.0);
+        let along = covariance.iter().zip(place).map(|(row, element)| element * dot_slices(place, row));
+        let vertical_km2 = along.sum::<f32>() / square_km2;
+        let share = SECOND_ORDER * (factor.trace(POSITION) - vertical_km2).max(0.0) / square_km2;
+        for (row, one) in covariance.iter_mut().zip(&motion) {
+            for (element, other) in row.iter_mut().zip(&motion) {
+                *element += (share * one) * (share * other);
             }
         }
         Self(covariance)

@@ -59,6 +59,11 @@ impl RayBuffer {
     pub const fn new() -> Self {
         Self { rays: Vec::new(), departures: Vec::new() }
     }
+
+    /// Those of the points that the last centre was fitted to.
+    pub(super) fn rays(&self) -> &Rays {
+        &self.rays
+    }
 }
 
 impl Default for RayBuffer {

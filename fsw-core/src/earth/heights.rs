@@ -1,15 +1,16 @@
 //! Heights of limb points above the limb that is predicted.
 //!
-//! In: limb points, and where the Earth's centre is predicted. Out: a [`LimbHeight`] for each point.
+//! In: the rays of the limb points that a centre was fitted to ([`RayBuffer`]), and where the Earth's centre is
+//! predicted. Out: a [`LimbHeight`] for each point.
 //!
 //! The residual of a ray about the predicted cone (`rays`) times the limb's distance is a height in sphere
 //! space, where the orbit filter takes it; above the pole it is longer by a 300th. Normals stand at predicted
 //! points, not at the measured ones, whose errors they would share: in LEO that shifts a position by 10 km.
 //! Error 3e-4 px by rounding.
 
+use super::Body;
+use super::centre::RayBuffer;
 use super::rays::{Cone, Ray};
-use super::{Body, LimbPoint};
-use crate::camera::Camera;
 use nalgebra::Vector3;
 
 /// Height of the limb at a point.
@@ -25,27 +26,29 @@ pub struct LimbHeight {
 
 /// The limb predicted from the vector to the Earth's centre.
 #[derive(Clone, Copy, Debug)]
-pub struct PredictedLimb<'a> {
-    camera: &'a Camera,
-    body: &'a Body,
+pub struct PredictedLimb {
     cone: Cone,
+    /// Its distance, km of sphere space.
+    distance_km: f32,
 }
 
-impl<'a> PredictedLimb<'a> {
+impl PredictedLimb {
     /// `None` where the centre cannot be: see [`Body`].
-    pub fn new(centre_km: &Vector3<f32>, camera: &'a Camera, body: &'a Body) -> Option<Self> {
+    pub fn new(centre_km: &Vector3<f32>, body: &Body) -> Option<Self> {
         let (centre, sine, cosine) = body.limb_cone(centre_km)?;
-        Some(Self { camera, body, cone: Cone::from_parts(centre * sine, sine, cosine)? })
+        let cone = Cone::from_parts(centre * sine, sine, cosine)?;
+        Some(Self { cone, distance_km: body.radius_km() * cosine / sine })
     }
 
-    /// The height of a point; `None` outside the field, and where its line of measurement runs along the limb.
-    #[inline(never)]
-    pub fn height(&self, point: &LimbPoint) -> Option<LimbHeight> {
-        let Self { camera, body, cone } = self;
-        let ray = Ray::new(point, 0, camera, body)?;
-        let (residual, radial) = cone.residual(&ray);
+    /// The heights of the points that were fitted; none of those whose line of measurement runs along the limb.
+    pub fn heights(&self, fitted: &RayBuffer) -> impl Iterator<Item = LimbHeight> {
+        fitted.rays().iter().filter_map(|ray| self.height(ray))
+    }
+
+    fn height(&self, ray: &Ray) -> Option<LimbHeight> {
+        let Self { cone, distance_km } = self;
+        let (residual, radial) = cone.residual(ray);
         let sigma = ray.sigma_rad(cone, &radial)?;
-        let distance_km = body.radius_km() * cone.cosine / cone.sine;
         Some(LimbHeight { radial, height_km: residual * distance_km, sigma_km: sigma * distance_km })
     }
 }

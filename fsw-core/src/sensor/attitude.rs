@@ -162,11 +162,11 @@ impl Sensor<'_> {
         if !self.aberration_corrected {
             return UNCORRECTED_RAD2;
         }
-        let covariance = self.orbit.motion_covariance();
-        let velocity = covariance.map_or([ORBITAL_KM_S; 3], |covariance| covariance.velocity_sigma_km_s());
-        let [u, v, w] = velocity.map(|sigma| sigma.min(ORBITAL_KM_S) / LIGHT_KM_S as f32);
+        let greatest_km2_s2 = 3.0 * ORBITAL_KM_S * ORBITAL_KM_S;
+        let all_km2_s2 =
+            self.orbit.velocity_trace_km2_s2().map_or(greatest_km2_s2, |all| all.min(greatest_km2_s2));
         // Of three axes two lie across the line of sight: the mean of their variances.
-        (u * u + v * v + w * w) * (1.0 / 3.0)
+        all_km2_s2 * (1.0 / (3.0 * LIGHT_KM_S * LIGHT_KM_S)) as f32
     }
 }
 

@@ -16,6 +16,7 @@ use crate::orbit::lvlh;
 use crate::orbit::motion::MotionCovariance;
 use crate::orbit::parameters::Observation;
 use crate::orbit::point::{PositionFix, earth_to_icrs};
+use crate::order::fill;
 use crate::outages::local_axes;
 use crate::telemetry::{ElementsReport, Event, FixFault, LocalAttitude, OrbitReport};
 use heapless::Vec;
@@ -59,19 +60,13 @@ impl Sensor<'_> {
         if let Some(state) = self.orbit.state().filter(|_| heights) {
             let centre_km = transposed_product(&to_icrs, &state.position_km).map(|axis| -axis as f32);
             let in_path = symmetric_product(to_path.matrix(), &attitude_covariance);
-            let Some(limb) = PredictedLimb::new(&centre_km, &self.camera, body) else {
+            let Some(limb) = PredictedLimb::new(&centre_km, body) else {
                 return FixRecord { nis: None, fault: Some(FixFault::Impossible) };
             };
-            let points = self.workspace.shared.limb_points().iter().enumerate();
-            let heights = points.filter(|(index, _)| fix.is_inlier(*index)).filter_map(|(_, point)| {
-                let EarthLimbHeight { radial, height_km, sigma_km } = limb.height(point)?;
-                Some(LimbHeight { radial, height_km, sigma_km })
-            });
+            let heights = limb.heights(&self.workspace.shared.readout().rays);
             let mut seen = Vec::<LimbHeight, MAX_LIMB_POINTS>::new();
-            for height in heights {
-                // There are no more points than room.
-                let _ = seen.push(height);
-            }
+            // There are no more points than room.
+            fill(&mut seen, heights.map(in_orbit));
             self.orbit.observe_limb(&seen, body.radius_km(), &to_icrs, &in_path, &self.parameters.orbit);
             return FixRecord::default();
         }
@@ -177,6 +172,11 @@ impl Sensor<'_> {
             yaw_rad: libm::atan2f(x.y, x.x),
         })
     }
+}
+
+/// A height as the orbit takes it.
+fn in_orbit(EarthLimbHeight { radial, height_km, sigma_km }: EarthLimbHeight) -> LimbHeight {
+    LimbHeight { radial, height_km, sigma_km }
 }
 
 /// Sigmas of the position along Hill's axes, km.

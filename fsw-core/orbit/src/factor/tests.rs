@@ -5,9 +5,13 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 type Square = SMatrix<f64, STATES, STATES>;
 type Column = SVector<f64, STATES>;
 
-/// The covariance by the definition, in f64.
+/// The covariance by the definition, in f64; what the factor says of it must be that.
 fn dense(factor: &Factor) -> Square {
-    Square::from_fn(|i, j| f64::from(factor.covariance(i, j)))
+    let product = |(one, other): (&f32, &f32)| f64::from(*one) * f64::from(*other);
+    let by_definition = Square::from_fn(|i, j| factor.rows[i].iter().zip(&factor.rows[j]).map(product).sum());
+    let told = Square::from_fn(|i, j| f64::from(factor.covariance(i, j)));
+    assert!(close(&told, &by_definition));
+    by_definition
 }
 
 /// A factor of correlated states with sigmas from 0.1 to 1.

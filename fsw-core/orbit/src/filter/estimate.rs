@@ -274,7 +274,9 @@ impl Estimate {
 
     /// Distance of the limb, km.
     pub(super) fn limb_distance_km(&self) -> f32 {
-        self.geometry().map_or(0.0, |geometry| geometry.distance_km)
+        let OrbitState { time_us, position_km, .. } = &self.state;
+        let (pole, radius_km) = (pole_axis(self.body, *time_us), self.body.facts().radius_km as f32);
+        horizon::limb_distance_km(self.body, position_km, &pole, radius_km).unwrap_or(0.0)
     }
 
     /// The second order of a fix by the position's sigma, km.

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 #[test]
 fn rows_hold_all_that_the_points_say() {
     let mut generator = Generator::new(81);
-    let mut look = Look::new(0, 6_378.0);
+    let mut look = Look::new(0, 80.0, 6_378.0);
     let (mut information, mut right) =
         (SMatrix::<f64, WAVES, WAVES>::zeros(), SVector::<f64, WAVES>::zeros());
     for point in 0..200 {

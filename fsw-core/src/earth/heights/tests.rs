@@ -1,6 +1,6 @@
 use super::*;
-use crate::earth::EarthParameters;
 use crate::earth::test_world::World;
+use crate::earth::{EarthParameters, LimbPoint};
 use crate::oracle::{project, reference_camera};
 use nalgebra::Vector3;
 
@@ -16,7 +16,7 @@ fn heights_are_those_of_the_true_limb_about_the_predicted_one() {
         let world = World::new(centre, Vector3::new(0.2, 1.0, 0.1), Vector3::new(0.0, 0.0, -1.0), 1);
         let body = world.body(&parameters);
         let predicted = (centre + off_km).map(|axis| axis as f32);
-        let limb = PredictedLimb::new(&predicted, &camera, &body).unwrap();
+        let limb = PredictedLimb::new(&predicted, &body).unwrap();
         let mut seen = 0;
         for step in 0..400 {
             let azimuth = f64::from(step) * std::f64::consts::TAU / 400.0;
@@ -32,7 +32,7 @@ fn heights_are_those_of_the_true_limb_about_the_predicted_one() {
                 0.3,
                 [((x1 - x) / length) as f32, ((y1 - y) / length) as f32],
             );
-            let height = limb.height(&point).unwrap();
+            let height = limb.height(&Ray::new(&point, 0, &camera, &body).unwrap()).unwrap();
             // Two kilometres above, less what the wrong centre hides: its component along the normal, which is
             // the radial direction tilted by the cone's angle.
             let distance = predicted.norm();

@@ -123,7 +123,7 @@ pub const WIDE_LIMB: Flight = Flight {
         Clip { scenario: "leo-oblique", from_s: 240, seconds: 4 },
         Clip { scenario: "leo-oblique", from_s: 300, seconds: 4 },
         Clip { scenario: "leo-oblique", from_s: 360, seconds: 4 },
-        Clip { scenario: "leo-oblique", from_s: 420, seconds: 76 },
+        Clip { scenario: "leo-oblique", from_s: 420, seconds: 126 },
         Clip { scenario: "leo-oblique", from_s: 550, seconds: 10 },
     ],
     disturbances: None,

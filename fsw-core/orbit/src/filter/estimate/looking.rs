@@ -49,7 +49,8 @@ impl Estimate {
         let now_us = self.state.time_us;
         let due = now_us >= self.next_look_us && self.taking.is_none();
         let Some(geometry) = self.geometry().filter(|_| due) else { return };
-        let look = self.look.get_or_insert(Look::new(now_us, radius_km));
+        let lasts_s = geometry.edge_lasts_s(parameters).min(parameters.look_s);
+        let look = self.look.get_or_insert(Look::new(now_us, lasts_s, radius_km));
         self.to_icrs = to_icrs.map(|element| element as f32);
         let since_s = (now_us.saturating_sub(look.begun_us)) as f32 * 1e-6;
         // x, y, z of LVLH in the Earth path.
@@ -57,10 +58,9 @@ impl Estimate {
         let velocity = self.state.velocity_km_s.map(|axis| axis as f32);
         let velocity = geometry.axes * velocity * (geometry.distance_km / LIGHT_KM_S as f32);
         let count = heights.len() as f32;
-        let look_s = look_s(&geometry, parameters);
         let arc_km = arc_rad(heights.iter().map(|point| axes.tr_mul(&point.radial))) * geometry.circle_km();
         let patches = 1.0 + arc_km / geometry.patch_km(parameters);
-        let crowding = (count * look_s / patches).max(1.0);
+        let crowding = (count * look.lasts_s / patches).max(1.0);
         let common_km2 = geometry.edge_km2(parameters) * crowding;
         for point in heights {
             let radial = axes.tr_mul(&point.radial);
@@ -105,13 +105,11 @@ impl Estimate {
 
     /// Ends the look under way when its time is over.
     fn end_look(&mut self, parameters: &OrbitParameters) {
-        let Some((look, geometry)) = self.look.zip(self.geometry()) else { return };
-        let lasts_s = look_s(&geometry, parameters);
-        if (self.state.time_us.saturating_sub(look.begun_us) as f32 * 1e-6) < lasts_s {
-            return;
-        }
+        let age_s = |look: &Look| self.state.time_us.saturating_sub(look.begun_us) as f32 * 1e-6;
+        let Some(look) = self.look.filter(|look| age_s(look) >= look.lasts_s) else { return };
+        let Some(geometry) = self.geometry() else { return };
         self.look = None;
-        let every_us = (geometry.edge_lasts_s(parameters).max(lasts_s) * 1e6) as i64;
+        let every_us = (geometry.edge_lasts_s(parameters).max(look.lasts_s) * 1e6) as i64;
         let blind_us = look.begun_us.saturating_sub(self.next_look_us);
         self.next_look_us = look.begun_us.saturating_add(every_us).max(self.state.time_us);
         self.add_noise(parameters);
@@ -170,11 +168,6 @@ impl Estimate {
         }
         Some(rows)
     }
-}
-
-/// How long a look lasts, s.
-fn look_s(geometry: &LimbGeometry, parameters: &OrbitParameters) -> f32 {
-    geometry.edge_lasts_s(parameters).min(parameters.look_s)
 }
 
 /// Azimuth that directions span about the third axis, rad: the sum of the widest two sides about their mean.
