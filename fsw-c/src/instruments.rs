@@ -160,7 +160,8 @@ pub struct Shutter {
 }
 
 /// Receives the marks between which the stages of a cycle are measured; stage 0 scan, 1 identify, 2
-/// predict, 3 windows, 4 confirm, 5 limb, 6 centre, 7 orbit, 8 search, 9 streaks.
+/// predict, 3 windows, 4 confirm, 5 limb, 6 centre, 7 orbit, 8 search, 9 streaks, 10
+/// image.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Meter {

@@ -27,6 +27,8 @@ pub enum Stage {
     Search = 8,
     /// Acquisition: searching the whole detector for the lines that stars draw while the sensor turns.
     Streaks = 9,
+    /// Exposing, and reading the probes by which an old image is known again.
+    Image = 10,
 }
 
 /// Receives the marks.

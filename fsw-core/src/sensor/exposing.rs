@@ -49,11 +49,7 @@ impl Sensor<'_> {
         clock: &mut impl Clock,
         meter: &mut impl StageMeter,
     ) -> (Image, Time) {
-        let stage = match self.modes.mode() {
-            Mode::Acquisition => Stage::Scan,
-            _ => Stage::Windows,
-        };
-        meter.begin(stage);
+        meter.begin(Stage::Image);
         let asked = self.exposure_asked_us();
         self.exposure_us = asked.unwrap_or(self.exposure_us);
         let exposed = asked.map(|exposure_us| self.expose(detector, exposure_us));
@@ -70,7 +66,7 @@ impl Sensor<'_> {
                 Err(fault) => (Image::Refused(fault), None),
             },
         };
-        meter.end(stage);
+        meter.end(Stage::Image);
         (image, self.timekeeper.times(clock, &now, instant))
     }
 

@@ -7,7 +7,8 @@
 //! allowance. Of stages whose cost goes with the
 //! catalogue stars of the field the bound is that of [`MAX_FIELD_STARS`], by as many as the flight had.
 //!
-//! An identification in the second of a scan has a tenth of the allowance of later ones: it has two bounds.
+//! An identification in the second of a scan has a tenth of the allowance of later ones, and one of lines looks near
+//! to a known attitude alone: a stage has a bound of its own in the seconds of either.
 
 use super::flown::{Flown, MeteredCycle, Work};
 use super::table::stage_name;
@@ -22,7 +23,7 @@ use fsw_core::frames::Rotation;
 use fsw_core::image::scan::{self, MAX_DETECTIONS};
 use fsw_core::image::streaks::search::MAX_PIECES;
 use fsw_core::orbit::{beginning, dynamics, factor, filter};
-use fsw_core::plan::MAX_STAR_WINDOWS;
+use fsw_core::plan::{MAX_STAR_WINDOWS, PROBES};
 use fsw_core::rate::arcs::MAX_ARCS;
 use fsw_core::stars::MAX_MEASURED;
 use fsw_core::stars::confirm::ROUNDS;
@@ -48,7 +49,7 @@ const fn at_caps(
     Saturated { stage, flights, caps, by_field_stars: false }
 }
 
-const SATURATED: [Saturated; 10] = [
+const SATURATED: [Saturated; 11] = [
     at_caps(Stage::Scan, &[PROTON_STORM, CROWDED_FIELD], &[("spots", MAX_DETECTIONS)]),
     at_caps(Stage::Identify, &[PROTON_STORM, CROWDED_FIELD], &[("measured stars", MAX_MEASURED)]),
     Saturated {
@@ -95,10 +96,14 @@ const SATURATED: [Saturated; 10] = [
     ),
     at_caps(Stage::Search, &[EVERY_MODE], &[("coarse strips", COARSE), ("fine strips", FINE)]),
     at_caps(Stage::Streaks, &[EVERY_MODE], &[("pieces", MAX_PIECES), ("streaks", MAX_ARCS)]),
+    at_caps(Stage::Image, &[EVERY_MODE], &[("probes", PROBES)]),
 ];
 
-/// A stage in the second of a scan, or in another.
-type Key = (u8, bool);
+/// A stage, and by which stage the whole detector is searched for stars or their lines in its second.
+type Key = (u8, Option<u8>);
+
+/// The stages that search it.
+const SEARCHING: [u8; 2] = [Stage::Scan as u8, Stage::Streaks as u8];
 
 /// A stage's cost at its caps.
 #[derive(Clone, Debug, Serialize)]
@@ -126,8 +131,8 @@ pub(super) struct Bounds {
 
 /// A second's stages with their keys.
 fn keyed(cycle: &MeteredCycle) -> impl Iterator<Item = (Key, &Work)> {
-    let scans = cycle.stages.contains_key(&(Stage::Scan as u8));
-    cycle.stages.iter().map(move |(stage, work)| ((*stage, scans), work))
+    let searched = SEARCHING.into_iter().find(|stage| cycle.stages.contains_key(stage));
+    cycle.stages.iter().map(move |(stage, work)| ((*stage, searched), work))
 }
 
 /// Most catalogue stars in the field of a flight's attitudes, 1 where there is none.
@@ -178,12 +183,12 @@ impl Bounds {
         })
     }
 
-    /// Of each stage, in the second of a scan or in another, whichever costs more.
+    /// Of each stage, in whichever second it costs most.
     pub(super) fn stages(&self) -> BTreeMap<&'static str, StageBound> {
         let of_stage = |saturated: &Saturated| {
             let most = |costs: &BTreeMap<Key, u64>| {
-                let both = [false, true].map(|scans| costs.get(&(saturated.stage as u8, scans)).copied());
-                both.into_iter().flatten().max().unwrap_or(0)
+                let of_stage = costs.iter().filter(|((stage, _), _)| *stage == saturated.stage as u8);
+                of_stage.map(|(_, cycles)| *cycles).max().unwrap_or(0)
             };
             StageBound {
                 bound_cycles: most(&self.bounds),

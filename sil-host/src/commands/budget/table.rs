@@ -167,6 +167,7 @@ pub(super) fn stage_name(number: u8) -> &'static str {
         (Stage::Orbit, "orbit"),
         (Stage::Search, "search"),
         (Stage::Streaks, "streaks"),
+        (Stage::Image, "image"),
     ];
     stages.iter().find(|(stage, _)| *stage as u8 == number).map_or("other", |(_, name)| name)
 }
