@@ -1,9 +1,9 @@
 //! Where the point sources of a scene are imaged in an exposure.
 //!
 //! In: a scene, a cycle, its exposure and truth. Out: light of stars, planets and satellites
-//! ([`PointLight`]), and the stars on the detector at mid-exposure. What moves little is a row of images at
-//! the places where it is at the times of the steps of its smear; what moves farther than [`IMAGES_PX`] is a
-//! line through its places at the ends of chords.
+//! ([`PointLight`]), and the stars on the detector at mid-exposure. What moves little, or to and fro, is a row
+//! of images at the places where it is at the times of the steps of its smear; what moves farther than
+//! [`IMAGES_PX`] one way is a line through its places at the ends of chords.
 
 use super::{Scene, Truth, VisibleStar, star_e_s};
 use crate::world::attitude::{self, Vector, dot};
@@ -20,8 +20,11 @@ const IMAGES_PX: f64 = 8.0;
 const CHORD_PX: f64 = 32.0;
 /// Farthest that a chord is off the way between its ends, px.
 const SAGITTA_PX: f64 = 0.005;
-/// Most chords of a line.
-const CHORDS_MAX: f64 = 4096.0;
+/// Most chords of a line, and images in a row.
+const PARTS_MAX: f64 = 4096.0;
+/// Instants of an exposure, and one more, at which the rate is asked for: the fastest shaking has a period of a
+/// tenth of a second.
+const PACE_STEPS: u32 = 32;
 
 /// What point sources are drawn as.
 #[derive(Debug)]
@@ -38,14 +41,24 @@ struct Sight {
     middle_s: f64,
     /// Exposure, s.
     time_s: f64,
-    /// Longest way of a star image, px.
-    smear_px: f64,
-    /// Angle by which the path turns, rad.
-    turned_rad: f64,
+    pace: Pace,
     /// Line of sight at mid-exposure, ICRS.
     boresight: Vector,
     /// `v / c` at mid-exposure.
     aberration: Vector,
+}
+
+/// How fast a star image moves during an exposure.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pace {
+    /// Longest way, px.
+    smear_px: f64,
+    /// Greatest angle by which the path turns, rad.
+    turned_rad: f64,
+    /// Greatest change of its speed, px/s².
+    change_px_s2: f64,
+    /// Whether it comes back: a line is drawn one way only.
+    comes_back: bool,
 }
 
 /// The instants at which a point's place is asked for.
@@ -68,17 +81,17 @@ impl Scene {
     ) -> Vec<VisibleStar> {
         let SceneSettings { motion, imaging, camera, .. } = &self.settings;
         let middle_s = self.middle_s(cycle);
+        let pace = self.pace(middle_s, time_s);
         let sight = Sight {
             middle_s,
             time_s,
-            smear_px: self.smear_px(middle_s, time_s),
-            turned_rad: time_s * length(motion.rate_rad_s(middle_s)),
+            pace,
             boresight: attitude::matrix(motion.at(middle_s))[2],
             aberration: motion.aberration(middle_s),
         };
-        let (instants, middle) = (self.instants(&sight, sight.smear_px), self.way(&sight, time_s, 1));
+        let (instants, middle) = (self.instants(&sight, pace.smear_px), self.way(&sight, time_s, 1));
         let row_s = imaging.shutter.row_time_s() * f64::from(camera.height_px);
-        let margin_px = self.reach_px() + sight.smear_px + self.smear_px(middle_s, row_s);
+        let margin_px = self.reach_px() + pace.smear_px + self.pace(middle_s, row_s).smear_px;
         let cone_cosine = self.optics.cone_cosine(margin_px);
         let hidden = |direction| truth.is_some_and(|truth| truth.ellipsoid.hides(direction, 0.0));
         self.place_points(&sight, hidden, light);
@@ -105,7 +118,7 @@ impl Scene {
         let Sight { middle_s, time_s, .. } = *sight;
         let f = self.optics.focal_length_px();
         for point in bodies.points(*seed, middle_s, motion, &self.optics) {
-            let smear_px = sight.smear_px + 1.2 * f * time_s * point.rate_rad_s();
+            let smear_px = sight.pace.smear_px + 1.2 * f * time_s * point.rate_rad_s();
             let near = self.optics.cone_cosine(smear_px + self.reach_px());
             let direction = point.direction(middle_s);
             if dot(sight.boresight, direction) < near || hidden(direction) {
@@ -124,14 +137,16 @@ impl Scene {
 
     /// The instants by which a point that moves up to `smear_px` is drawn. The sagitta of a chord is an
     /// eighth of its length times the angle by which the way bends, which is at most that by which the path
-    /// turns.
+    /// turns. Of a part in which the speed changes evenly the middle of the light is off the way's by a
+    /// twelfth of the change times the square of the time.
     fn instants(&self, sight: &Sight, smear_px: f64) -> Instants {
-        if smear_px <= IMAGES_PX {
-            let steps = (smear_px / self.psf.step_px()).ceil().max(1.0);
+        let even = sight.time_s * (sight.pace.change_px_s2 / (12.0 * SAGITTA_PX)).sqrt();
+        if smear_px <= IMAGES_PX || sight.pace.comes_back {
+            let steps = (smear_px / self.psf.step_px()).max(even).ceil().clamp(1.0, PARTS_MAX);
             return Instants::Steps(self.way(sight, sight.time_s, steps as u32));
         }
-        let straight = (smear_px * sight.turned_rad / (8.0 * SAGITTA_PX)).sqrt();
-        let chords = (smear_px / CHORD_PX).max(straight).ceil().clamp(1.0, CHORDS_MAX);
+        let straight = (smear_px * sight.pace.turned_rad / (8.0 * SAGITTA_PX)).sqrt();
+        let chords = (smear_px / CHORD_PX).max(straight).max(even).ceil().clamp(1.0, PARTS_MAX);
         // Middles of as many steps and one more are the ends of the chords.
         Instants::Ends(self.way(sight, sight.time_s * (chords + 1.0) / chords, chords as u32 + 1))
     }
@@ -139,7 +154,7 @@ impl Scene {
     /// The attitudes of `steps` equal parts of `time_s`.
     fn way(&self, sight: &Sight, time_s: f64, steps: u32) -> Way {
         let SceneSettings { motion, imaging, camera, .. } = &self.settings;
-        let rate_rad_s = sight.turned_rad / sight.time_s;
+        let rate_rad_s = sight.pace.turned_rad / sight.time_s;
         let exposure = (sight.middle_s, time_s);
         Way::new(imaging.shutter, |t| motion.at(t), exposure, steps, camera.height_px, rate_rad_s)
     }
@@ -175,17 +190,29 @@ impl Scene {
         }
     }
 
-    /// Longest way of a star image during an exposure, px: turning across the line of sight moves it by f
-    /// (1 + tan²), turning about it by its distance from the centre. The fastest of three instants counts.
-    fn smear_px(&self, middle_s: f64, time_s: f64) -> f64 {
-        let instants = [-0.5, 0.0, 0.5].map(|part| middle_s + part * time_s);
-        instants.map(|t_s| self.smear_px_at(t_s, time_s)).into_iter().fold(0.0, f64::max)
-    }
-
-    fn smear_px_at(&self, t_s: f64, time_s: f64) -> f64 {
-        let [x, y, z] = self.settings.motion.rate_rad_s(t_s);
+    /// How fast star images move: turning across the line of sight moves them by f (1 + tan²), turning about it
+    /// by their distance from the centre.
+    fn pace(&self, middle_s: f64, time_s: f64) -> Pace {
         let (f, radius) = (self.optics.focal_length_px(), self.optics.radius_px());
-        time_s * (libm::hypot(x, y) * f * (1.0 + (radius / f).powi(2)) + z.abs() * radius)
+        let step_s = time_s / f64::from(PACE_STEPS);
+        let begin_s = middle_s - 0.5 * time_s;
+        let px_per_rad =
+            |[x, y, z]: Vector| libm::hypot(x, y) * f * (1.0 + (radius / f).powi(2)) + z.abs() * radius;
+        let rate = |step| self.settings.motion.rate_rad_s(begin_s + f64::from(step) * step_s);
+        let rates: Vec<Vector> = (0..=PACE_STEPS).map(rate).collect();
+        let mean = rates.iter().fold([0.0; 3], |sum, rate| plus(sum, 1.0, *rate));
+        let comes_back = rates.iter().any(|rate| dot(*rate, mean) < 0.0);
+        let mut pace = Pace { comes_back, ..Pace::default() };
+        let mut last: Option<Vector> = None;
+        for rate_rad_s in rates {
+            pace.smear_px = pace.smear_px.max(time_s * px_per_rad(rate_rad_s));
+            pace.turned_rad = pace.turned_rad.max(time_s * length(rate_rad_s));
+            if let Some(last) = last.replace(rate_rad_s) {
+                let change = px_per_rad(plus(rate_rad_s, -1.0, last)) / step_s;
+                pace.change_px_s2 = pace.change_px_s2.max(change);
+            }
+        }
+        pace
     }
 }
 

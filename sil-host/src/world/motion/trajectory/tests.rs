@@ -7,6 +7,7 @@ use crate::world::attitude::{dot, matrix};
 use crate::world::motion::Motion;
 use crate::world::motion::jitter::{Jitter, JitterModel, Line};
 use crate::world::motion::pointing::{Aim, Law};
+use crate::world::motion::slew::Slew;
 use crate::world::motion::tumble::Tumble;
 use crate::world::orbit::state_of_elements;
 use crate::world::scene::{Scene, SceneSettings, WorldStar};
@@ -268,4 +269,63 @@ fn an_exposure_sees_the_means_over_it() {
     let away = |t: f64| arcsec(apart(shaken.quaternion(t), still.quaternion(60.0)));
     assert!((0..10).any(|step| away(60.0 + 0.01 * f64::from(step)) > 10.0));
     assert!(arcsec(apart(attitude, still.quaternion(60.0))) < 0.5 && length(rate) < 1e-6);
+}
+
+/// A star whose light is measured frame by frame beside where the attitude of the exposure has it, px.
+fn departures(trajectory: Trajectory, towards: Vector) -> Vec<[f64; 2]> {
+    let star = WorldStar { hip: 1, direction: towards, v: 2.0, b_v: 0.0 };
+    let mut settings = SceneSettings::new(small_camera(), Motion::orbiting(trajectory), 4);
+    settings.detector.dark_e_s = 0.0;
+    settings.detector.read_noise_e = 0.0;
+    settings.detector.pedestal = 0.0;
+    let aberration = |settings: &SceneSettings, t_s: f64| settings.motion.aberration(t_s);
+    let optics = Optics::new(&small_camera()).unwrap();
+    let mut scene = Scene::new(settings.clone(), &[star]).unwrap();
+    let mut departures = Vec::new();
+    for cycle in 0..12 {
+        scene.expose(400_000).unwrap();
+        let mut pixels = vec![0; scene.geometry().whole().area()];
+        scene.read(scene.geometry().whole(), &mut pixels).unwrap();
+        let seen = plus(towards, 1.0, aberration(&settings, cycle as f64));
+        let attitude = scene.seen_at(cycle).unwrap().quaternion;
+        let place = optics.project(apply(&matrix(attitude), seen));
+        let inside = |[x, y]: [f64; 2]| (50.0..110.0).contains(&x) && (40.0..90.0).contains(&y);
+        let Some([x, y]) = place.filter(|place| inside(*place)) else { continue };
+        let (left, top) = (x as usize - 20, y as usize - 20);
+        let near =
+            |at: usize| (left..left + 41).contains(&(at % 160)) && (top..top + 41).contains(&(at / 160));
+        let counts = |inside: bool| {
+            (0..pixels.len()).filter(move |at| near(*at) == inside).map(|at| (at, f64::from(pixels[at])))
+        };
+        let sky = counts(false).map(|(_, value)| value).sum::<f64>() / counts(false).count() as f64;
+        let light: f64 = counts(true).map(|(_, value)| value - sky).sum();
+        let moment = |place: fn(usize) -> usize| {
+            counts(true).map(|(at, value)| place(at) as f64 * (value - sky)).sum::<f64>() / light
+        };
+        departures.push([moment(|at| at % 160) - x, moment(|at| at / 160) - y]);
+    }
+    departures
+}
+
+#[test]
+fn a_star_is_drawn_about_where_the_attitude_of_the_exposure_has_it() {
+    let aim = Aim { ra_deg: 40.0, dec_deg: 60.0, roll_deg: 5.0 };
+    let mut still = geo(6.0, ASIDE);
+    still.pointing.law = Law::Inertial(aim);
+    // Three periods an exposure: begin, middle and end are alike.
+    let line = Line { frequency_hz: 7.5, amplitude_arcsec: [1500.0, 900.0, 0.0] };
+    let model = JitterModel { random_arcsec: [600.0; 3], correlation_s: 0.3, lines: vec![line] };
+    let mut shaken = still.clone();
+    shaken.pointing.jitter = Jitter::new(&model, 7);
+    // 2 deg, 13 px, in the last 0.4 s.
+    let mut slewed = still.clone();
+    let axis = [0.6, 0.8, 0.0];
+    slewed.pointing.slews.push(Slew { start_s: 3.2, duration_s: 2.0, axis, angle_rad: -0.6 });
+    for (trajectory, at_least) in [(shaken, 12), (slewed, 6)] {
+        let towards = matrix(trajectory.quaternion(11.0))[2];
+        let departures = departures(trajectory, towards);
+        assert!(departures.len() >= at_least, "{}", departures.len());
+        let worst = departures.iter().flatten().fold(0.0f64, |worst, px| worst.max(px.abs()));
+        assert!(worst < 0.05, "{departures:?}");
+    }
 }
