@@ -16,7 +16,7 @@ use crate::attitude::wahba::svd;
 use crate::earth::centre::CentrePrior;
 use crate::earth::terminator::{self, SunSeen};
 use crate::earth::view::View;
-use crate::earth::{Body, EarthFix};
+use crate::earth::{Body, EarthFix, FitError};
 use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use crate::magnetism::CONTRADICTION;
 use crate::sensor::Sensor;
@@ -110,6 +110,11 @@ impl Sensor<'_> {
         let solution = match &looked {
             Looked::Found(fix) => self.by_earth(fix, &beside, &known),
             _ => None,
+        };
+        // What gives no attitude is not where the orbit has the Earth, or too uncertain.
+        let looked = match looked {
+            Looked::Found(_) if solution.is_none() => Looked::Refused(FitError::Uncertain),
+            looked => looked,
         };
         let is_magnetic = beside.is_magnetic && solution.is_some();
         Ok((EarthRecord { dark: solution.map(|_| false), looked }, solution, is_magnetic))
