@@ -22,8 +22,7 @@ const CHORD_PX: f64 = 32.0;
 const SAGITTA_PX: f64 = 0.005;
 /// Most chords of a line, and images in a row.
 const PARTS_MAX: f64 = 4096.0;
-/// Instants of an exposure, and one more, at which the rate is asked for: the fastest shaking has a period of a
-/// tenth of a second.
+/// Steps of an exposure at whose ends the rate is asked for: as many as its mean attitude is taken from.
 const PACE_STEPS: u32 = 32;
 
 /// What point sources are drawn as.
