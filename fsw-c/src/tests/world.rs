@@ -160,13 +160,13 @@ unsafe extern "C" fn open(context: *mut c_void, star_path: bool, earth_path: boo
 }
 
 unsafe extern "C" fn begin(context: *mut c_void, stage: u32) {
-    assert!(stage <= 9);
+    assert!(stage <= 10);
     // SAFETY: as in `start_exposure`.
     unsafe { world(context).marks[0] += 1 };
 }
 
 unsafe extern "C" fn end(context: *mut c_void, stage: u32) {
-    assert!(stage <= 9);
+    assert!(stage <= 10);
     // SAFETY: as in `start_exposure`.
     unsafe { world(context).marks[1] += 1 };
 }
