@@ -76,8 +76,8 @@ fn stretched(vector: &Vector3<f64>, stretch: f64, pole: &Vector3<f64>) -> Vector
     plus_scaled(vector, stretch * dot(pole, vector), pole)
 }
 
-/// Sine and cosine of the limb cone's half angle from a place in sphere space, and the limb's distance, km; `None`
-/// inside the sphere.
+/// Sine and cosine of the limb cone's half angle from a place in sphere space, and the limb's distance, km;
+/// `None` inside the sphere.
 fn limb(place_km: &Vector3<f64>, radius_km: f32) -> Option<[f64; 3]> {
     let radius_km = f64::from(radius_km);
     let sine = radius_km / libm::sqrt(dot(place_km, place_km));

@@ -45,6 +45,11 @@ impl Look {
         Self { rows: [[0.0; WAVES + 1]; WAVES], begun_us, radius_km, lasts_s, sum_s: 0.0, count: 0.0 }
     }
 
+    /// Time since it began, s.
+    pub fn age_s(&self, now_us: i64) -> f32 {
+        now_us.saturating_sub(self.begun_us) as f32 * 1e-6
+    }
+
     /// Adds a point's height, seen `since_s` after the begin.
     #[inline(never)]
     pub fn add(&mut self, [cosine, sine]: [f32; 2], height_km: f32, sigma_km: f32, since_s: f32) {

@@ -58,8 +58,8 @@ const RESTART_NIS: f32 = 40.0;
 /// Time after the last contradiction for which a filter is not steady, s: a slew that begins or ends changes
 /// the rate for seconds, and where images end with it its attitude cannot be carried on. Chosen.
 const UNSTEADY_S: f32 = 10.0;
-/// What turns faster tumbles or slews and does not keep its rate, rad/s: a quarter of a degree a second, four times
-/// what the lowest orbit asks for.
+/// What turns faster tumbles or slews and does not keep its rate, rad/s: a quarter of a degree a second, four
+/// times what the lowest orbit asks for.
 const TUMBLING_RAD_S: f32 = 4.4e-3;
 /// Initial process noise: sigma of the rate's change in a second, 1 arcsec/s.
 const FIRST_PROCESS_NOISE_RAD: f32 = 4.8e-6;

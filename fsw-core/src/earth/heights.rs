@@ -1,7 +1,7 @@
 //! Heights of limb points above the limb that is predicted.
 //!
-//! In: the rays of the limb points that a centre was fitted to ([`RayBuffer`]), and where the Earth's centre is
-//! predicted. Out: a [`LimbHeight`] for each point.
+//! In: the rays of the limb points that a centre was fitted to ([`RayBuffer`]), and where the Earth's centre
+//! is predicted. Out: a [`LimbHeight`] for each point.
 //!
 //! The residual of a ray about the predicted cone (`rays`) times the limb's distance is a height in sphere
 //! space, where the orbit filter takes it; above the pole it is longer by a 300th. Normals stand at predicted
@@ -40,7 +40,8 @@ impl PredictedLimb {
         Some(Self { cone, distance_km: body.radius_km() * cosine / sine })
     }
 
-    /// The heights of the points that were fitted; none of those whose line of measurement runs along the limb.
+    /// The heights of the points that were fitted; none of those whose line of measurement runs along the
+    /// limb.
     pub fn heights(&self, fitted: &RayBuffer) -> impl Iterator<Item = LimbHeight> {
         fitted.rays().iter().filter_map(|ray| self.height(ray))
     }

@@ -26,8 +26,8 @@ pub const COARSE: usize = 128;
 pub const FINE: usize = 96;
 /// Azimuths at which a lit limb is looked for where every one counts, 0.5 deg apart.
 const AZIMUTHS: u16 = 720;
-/// Cosine and sine from one to the next that is looked at, 199 further on: all are met in the end, and after n
-/// steps no gap is wider than 2.2 turns / n.
+/// Cosine and sine from one to the next that is looked at, 199 further on: all are met in the end, and after
+/// n steps no gap is wider than 2.2 turns / n.
 const NEXT_AZIMUTH: [f32; 2] = [-0.165_047_6, 0.986_285_6];
 /// Number of phases in which evenly spread points can stand.
 pub const PHASES: u8 = 8;

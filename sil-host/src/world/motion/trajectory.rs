@@ -111,8 +111,8 @@ fn in_field(optics: &Optics, direction: Vector) -> bool {
     optics.earth_path().project(direction).is_some_and(|pixel| optics.on_detector(pixel))
 }
 
-/// Instants of an exposure over which the attitude is averaged.
-const EXPOSURE_STEPS: u32 = 32;
+/// Steps of an exposure: its attitude is the mean of their middles, and at their ends the scene asks for the rate.
+pub(in crate::world) const EXPOSURE_STEPS: u32 = 32;
 
 impl Trajectory {
     /// ICRS to star path.

@@ -10,6 +10,7 @@ use crate::world::attitude::{self, Vector, dot};
 use crate::world::detector::shutter::Way;
 use crate::world::lens::spots::{Spot, Spots};
 use crate::world::lens::streaks::{Streaks, length_px};
+use crate::world::motion::trajectory::EXPOSURE_STEPS;
 use crate::world::scene::settings::SceneSettings;
 use crate::world::sky::colour::BANDS;
 use crate::world::vector::{length, plus};
@@ -22,8 +23,6 @@ const CHORD_PX: f64 = 32.0;
 const SAGITTA_PX: f64 = 0.005;
 /// Most chords of a line, and images in a row.
 const PARTS_MAX: f64 = 4096.0;
-/// Steps of an exposure at whose ends the rate is asked for: as many as its mean attitude is taken from.
-const PACE_STEPS: u32 = 32;
 
 /// What point sources are drawn as.
 #[derive(Debug)]
@@ -193,12 +192,12 @@ impl Scene {
     /// by their distance from the centre.
     fn pace(&self, middle_s: f64, time_s: f64) -> Pace {
         let (f, radius) = (self.optics.focal_length_px(), self.optics.radius_px());
-        let step_s = time_s / f64::from(PACE_STEPS);
+        let step_s = time_s / f64::from(EXPOSURE_STEPS);
         let begin_s = middle_s - 0.5 * time_s;
         let px_per_rad =
             |[x, y, z]: Vector| libm::hypot(x, y) * f * (1.0 + (radius / f).powi(2)) + z.abs() * radius;
         let rate = |step| self.settings.motion.rate_rad_s(begin_s + f64::from(step) * step_s);
-        let rates: Vec<Vector> = (0..=PACE_STEPS).map(rate).collect();
+        let rates: Vec<Vector> = (0..=EXPOSURE_STEPS).map(rate).collect();
         let mean = rates.iter().fold([0.0; 3], |sum, rate| plus(sum, 1.0, *rate));
         let comes_back = rates.iter().any(|rate| dot(*rate, mean) < 0.0);
         let mut pace = Pace { comes_back, ..Pace::default() };

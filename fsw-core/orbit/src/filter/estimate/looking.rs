@@ -52,7 +52,7 @@ impl Estimate {
         let lasts_s = geometry.edge_lasts_s(parameters).min(parameters.look_s);
         let look = self.look.get_or_insert(Look::new(now_us, lasts_s, radius_km));
         self.to_icrs = to_icrs.map(|element| element as f32);
-        let since_s = (now_us.saturating_sub(look.begun_us)) as f32 * 1e-6;
+        let since_s = look.age_s(now_us);
         // x, y, z of LVLH in the Earth path.
         let axes = (geometry.axes * self.to_icrs).transpose();
         let velocity = self.state.velocity_km_s.map(|axis| axis as f32);
@@ -105,8 +105,8 @@ impl Estimate {
 
     /// Ends the look under way when its time is over.
     fn end_look(&mut self, parameters: &OrbitParameters) {
-        let age_s = |look: &Look| self.state.time_us.saturating_sub(look.begun_us) as f32 * 1e-6;
-        let Some(look) = self.look.filter(|look| age_s(look) >= look.lasts_s) else { return };
+        let now_us = self.state.time_us;
+        let Some(look) = self.look.filter(|look| look.age_s(now_us) >= look.lasts_s) else { return };
         let Some(geometry) = self.geometry() else { return };
         self.look = None;
         let every_us = (geometry.edge_lasts_s(parameters).max(look.lasts_s) * 1e6) as i64;
@@ -137,7 +137,7 @@ impl Estimate {
 
     /// Time since the mean of a look's points, s.
     fn lag_s(&self, look: &Look) -> f32 {
-        self.state.time_us.saturating_sub(look.begun_us) as f32 * 1e-6 - look.mean_s()
+        look.age_s(self.state.time_us) - look.mean_s()
     }
 
     /// Rows of the next share of a look, about the state that the shares before it left.

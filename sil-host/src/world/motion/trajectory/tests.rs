@@ -278,7 +278,6 @@ fn departures(trajectory: Trajectory, towards: Vector) -> Vec<[f64; 2]> {
     settings.detector.dark_e_s = 0.0;
     settings.detector.read_noise_e = 0.0;
     settings.detector.pedestal = 0.0;
-    let aberration = |settings: &SceneSettings, t_s: f64| settings.motion.aberration(t_s);
     let optics = Optics::new(&small_camera()).unwrap();
     let mut scene = Scene::new(settings.clone(), &[star]).unwrap();
     let mut departures = Vec::new();
@@ -286,7 +285,7 @@ fn departures(trajectory: Trajectory, towards: Vector) -> Vec<[f64; 2]> {
         scene.expose(400_000).unwrap();
         let mut pixels = vec![0; scene.geometry().whole().area()];
         scene.read(scene.geometry().whole(), &mut pixels).unwrap();
-        let seen = plus(towards, 1.0, aberration(&settings, cycle as f64));
+        let seen = plus(towards, 1.0, settings.motion.aberration(cycle as f64));
         let attitude = scene.seen_at(cycle).unwrap().quaternion;
         let place = optics.project(apply(&matrix(attitude), seen));
         let inside = |[x, y]: [f64; 2]| (50.0..110.0).contains(&x) && (40.0..90.0).contains(&y);
