@@ -35,7 +35,7 @@ pub struct Fingerprint {
     noise: Noise,
 }
 
-/// Noise and light of an image's calmest probe.
+/// Noise and light of an image's probe with the least of both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Noise {
     /// Sum of the steps between neighbours, counts.
@@ -60,13 +60,18 @@ impl Fingerprint {
             [one, other] => u32::from(one.abs_diff(*other)),
             _ => 0,
         };
-        let steps = pixels.windows(2).map(step).sum();
-        if self.noise.steps == 0 || steps < self.noise.steps {
-            self.noise = Noise { steps, light: pixels.iter().map(|raw| u32::from(*raw)).sum() };
+        let noise = Noise {
+            steps: pixels.windows(2).map(step).sum(),
+            light: pixels.iter().map(|raw| u32::from(*raw)).sum(),
+        };
+        // Not the steps alone: a disturbance makes those of a probe on the Earth as small as those of the sky,
+        // and the Earth's light would excuse it.
+        if self.noise == Noise::default() || noise.steps + noise.light < self.noise.steps + self.noise.light {
+            self.noise = noise;
         }
     }
 
-    /// Noise of the calmest probe.
+    /// Noise of the probe with the least noise and light.
     pub fn noise(&self) -> Noise {
         self.noise
     }

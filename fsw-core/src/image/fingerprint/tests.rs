@@ -68,3 +68,24 @@ fn what_was_not_delivered_says_nothing() {
     other.take(2, &image[2]);
     assert!(!other.is_that_of(&part));
 }
+
+/// A burst makes the steps of every probe alike; the noise told is that of the sky, not of the probe on the
+/// Earth that happens to be the calmest.
+#[test]
+fn the_noise_is_that_of_the_sky_where_the_earth_is_as_calm() {
+    let mut generator = Generator::new(74);
+    let mut calmest_on_earth = 0;
+    for _ in 0..200 {
+        let mut image = probes(&mut generator, 4.0);
+        for pixels in &mut image[3..] {
+            pixels.iter_mut().for_each(|raw| *raw += 22);
+        }
+        let steps =
+            |pixels: &[u16; 256]| pixels.windows(2).map(|pair| pair[0].abs_diff(pair[1])).sum::<u16>();
+        let calmest = (0..PROBES).min_by_key(|probe| steps(&image[*probe])).unwrap();
+        calmest_on_earth += usize::from(calmest >= 3);
+        let noise = fingerprint(&image).noise();
+        assert!(noise.light < 42 * 256, "{noise:?}");
+    }
+    assert!(calmest_on_earth > 50, "{calmest_on_earth}");
+}
