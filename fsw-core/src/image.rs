@@ -128,4 +128,12 @@ impl Detection {
     pub fn sigma_px(&self) -> f32 {
         self.sigma_q16 as f32 * (1.0 / 65_536.0)
     }
+
+    /// The same with an error of so many px that its centre may have besides.
+    #[inline(never)]
+    pub(crate) fn doubted(&self, by_px: f32) -> Self {
+        let sigma_px = self.sigma_px();
+        let sigma_q16 = (libm::sqrtf(sigma_px * sigma_px + by_px * by_px) * 65_536.0) as i32;
+        Self { sigma_q16, ..*self }
+    }
 }

@@ -119,6 +119,13 @@ impl Detections {
         self.spots.retain(|spot| spot.drawn_px > 0 && !spot.extended);
     }
 
+    /// Adds to the errors of all spots that of a centre whose star moved as nobody knows.
+    pub(crate) fn doubt(&mut self, by_px: f32) {
+        for spot in &mut self.spots {
+            spot.sigma_q16 = spot.doubted(by_px).sigma_q16;
+        }
+    }
+
     /// Places that are parts of streaks, px, the first that were found.
     pub fn streak_places(&self) -> &[[u16; 2]] {
         self.evidence.streak_places()

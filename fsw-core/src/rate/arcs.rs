@@ -100,13 +100,18 @@ fn is_reversed(arc: &Arc, h: &Vector3<f32>) -> bool {
     !arc.directed && (c - a).dot(&h.cross(&(a + c))) > 0.0
 }
 
+/// By how much an arc is off a rate, rad/s, along and across itself, sigmas; along a cut one by nothing.
+/// `None` where its ends coincide.
+#[inline(never)]
+pub fn misfits(arc: &Arc, rate: &Vector3<f32>) -> Option<[f32; 2]> {
+    let off =
+        |equation: Option<Equation>| equation.map_or(0.0, |equation| equation.row.dot(rate) - equation.right);
+    equations(arc, rate).map(|equations| equations.map(off))
+}
+
 /// Squared distance of an arc from a rate, sigmas.
 fn misfit(arc: &Arc, h: &Vector3<f32>) -> f32 {
-    let Some(equations) = equations(arc, h) else { return f32::MAX };
-    equations.iter().flatten().fold(0.0, |sum, equation| {
-        let off = equation.row.dot(h) - equation.right;
-        sum + off * off
-    })
+    misfits(arc, h).map_or(f32::MAX, |[along, across]| along * along + across * across)
 }
 
 /// Information is counted in 1/mrad².

@@ -27,6 +27,8 @@ const UNSEEN_STRETCH: f32 = 1e-4;
 /// Largest common logarithm of the false-identification probability of an attitude that is within three sigma
 /// of what the filter expects.
 const EXPECTED_LOG10_FALSE: f32 = -5.0;
+/// Error of a star's centre that the sensor's turning has moved by up to 4 px as nobody knows, px.
+const MOVED_PX: f32 = 0.2;
 /// Fewer spots of a whole image that are drawn out do not say that the sensor turns.
 const FEWEST_STREAKS: u32 = 6;
 
@@ -71,10 +73,13 @@ impl Sensor<'_> {
             meter.end(Stage::Scan);
             scanned?;
         }
+        // It is exposed shorter where it turns.
+        let moved = scans && self.turning.divisor() > 1 && self.turn_in_exposure().is_none();
         let detections = &mut self.workspace.detections;
         stars.count(detections.spots().len(), detections);
         if scans {
             match detections.smear(FEWEST_STREAKS) {
+                Smear::Points | Smear::Blurred if moved => detections.doubt(MOVED_PX),
                 Smear::Points | Smear::Blurred => {}
                 Smear::Drawn => detections.keep_drawn(),
                 Smear::Streaks => return Ok(Some(Outcome::TooFast)),
@@ -91,7 +96,7 @@ impl Sensor<'_> {
         let method = DetectionMethod {
             parameters: &self.parameters.detection,
             calibration: self.calibration.as_ref(),
-            turn: None,
+            turn: self.turn_in_exposure(),
         };
         let Workspace { shared, detections, repeated, .. } = &mut *self.workspace;
         scan::scan(detector, &mut shared.readout().buffer, method, detections)?;

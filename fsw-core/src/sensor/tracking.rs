@@ -143,12 +143,16 @@ impl Sensor<'_> {
         }
     }
 
-    /// How the sensor turns during the exposure by the filter's rate, where stars leave their places by it.
-    fn turn_in_exposure(&self) -> Option<Turn> {
-        let rate = self.motion.as_ref().and_then(Filter::rate)?;
-        let turn_rad = rate.rad_s * (self.exposure_us as f32 * 1e-6);
+    /// How the sensor turns during the exposure, by the filter's rate, else by the one told last; `None`
+    /// where how far stars move by it is not known.
+    #[inline(never)]
+    pub(super) fn turn_in_exposure(&self) -> Option<Turn> {
+        let filtered = self.motion.as_ref().and_then(Filter::rate);
+        let rate = filtered.or_else(|| self.turning.rate_at(self.now))?;
+        let exposure_s = self.exposure_us as f32 * 1e-6;
+        let turn_rad = rate.rad_s * exposure_s;
         let CameraParameters { optical_centre_px, focal_length_px, mirrored, .. } = *self.camera.parameters();
-        (self.farthest_px(&turn_rad) > LEAST_WAY_PX)
+        (self.farthest_px(&(rate.sigma_rad_s * exposure_s)) < LEAST_WAY_PX)
             .then(|| Turn::new(optical_centre_px, focal_length_px, mirrored, turn_rad.into()))
     }
 

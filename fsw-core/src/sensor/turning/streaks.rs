@@ -7,9 +7,9 @@ use crate::frames::Direction;
 use crate::image::scan::{MAX_DETECTIONS, MAX_STREAK_PLACES};
 use crate::image::streaks::{Piece, Streak, follow, search};
 use crate::order::{fill, sort};
-use crate::rate::arcs::MAX_ARCS;
+use crate::rate::arcs::{MAX_ARCS, misfits};
 use crate::rate::marks::{MAX_MARKS, Mark, rotated};
-use crate::rate::streaks::middle_of;
+use crate::rate::streaks::{arc_of, middle_of, middle_sigma_px};
 use crate::sensor::Sensor;
 use crate::sensor::record::StarRecord;
 use crate::stars::{MeasuredStar, row_delay_s};
@@ -163,10 +163,12 @@ impl Sensor<'_> {
         let mut whole: Vec<&Streak, MAX_STREAKS> = Vec::new();
         fill(&mut whole, streaks.iter().filter(|streak| !streak.cut));
         sort(&mut whole, |one, other| one.light * one.length_px() > other.light * other.length_px());
+        let exposure_s = self.exposure_us as f32 * 1e-6;
         let stars = whole.iter().filter_map(|streak| {
             let middle = Direction::new(middle_of(&self.camera, streak, &rate_rad_s)?)?;
-            let sigma_px =
-                streak.sigma_along_px.max(streak.sigma_across_px) * core::f32::consts::FRAC_1_SQRT_2;
+            let arc = arc_of(&self.camera, streak, exposure_s, row_time_s, streak.length_px())?;
+            let [off, _] = misfits(&arc, &rate_rad_s)?;
+            let sigma_px = middle_sigma_px(streak, off);
             let star = MeasuredStar::new(&self.camera, self.camera.project(&middle)?, sigma_px)?;
             star.at_mid_frame(&self.camera, &rate_rad_s, row_time_s)
         });

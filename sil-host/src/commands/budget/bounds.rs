@@ -96,7 +96,7 @@ const SATURATED: [Saturated; 11] = [
     ),
     at_caps(Stage::Search, &[EVERY_MODE], &[("coarse strips", COARSE), ("fine strips", FINE)]),
     at_caps(Stage::Streaks, &[EVERY_MODE], &[("pieces", MAX_PIECES), ("streaks", MAX_ARCS)]),
-    at_caps(Stage::Image, &[EVERY_MODE], &[("probes", PROBES)]),
+    at_caps(Stage::Image, &[EVERY_MODE, WIDEST_LIMB, PROTON_STORM, CROWDED_FIELD], &[("probes", PROBES)]),
 ];
 
 /// A stage, and by which stage the whole detector is searched for stars or their lines in its second.
