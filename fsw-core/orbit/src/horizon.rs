@@ -25,7 +25,7 @@ use super::noise::{decay, square};
 use super::parameters::OrbitParameters;
 use super::{OrbitState, lvlh};
 use fsw_ground::matrix::{cross, dot, dot_slices, plus_scaled, scaled};
-use fsw_ground::trigonometry::sine_cosine;
+use fsw_ground::trigonometry::{hypotenuse, sine_cosine};
 use nalgebra::{Matrix3, Vector3};
 
 /// Number of the waves: 1, cos φ, sin φ, ... sin 4φ.
@@ -257,7 +257,7 @@ impl LimbGeometry {
 
     /// Length of limb that shares the error of an edge, km.
     pub fn patch_km(&self, parameters: &OrbitParameters) -> f32 {
-        libm::hypotf(parameters.edge_patch_km, parameters.edge_patch_rad * self.distance_km)
+        hypotenuse(parameters.edge_patch_km, parameters.edge_patch_rad * self.distance_km)
     }
 
     /// Variance of an edge, km².

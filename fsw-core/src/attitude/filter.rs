@@ -28,6 +28,7 @@ mod blocks;
 mod update;
 
 use crate::frames::{Icrs, Rotation, StarPath};
+use crate::trigonometry::hypotenuse;
 use crate::word_sum;
 use blocks::{BlockCovariance, RotationStep, power, product};
 use fsw_ground::table::parameter_group;
@@ -285,7 +286,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let Some((predicted, predicted_sigma_rad)) = self.at(instant) else { return false };
         let off = attitude.angle_from(&predicted);
         let both = predicted_sigma_rad.iter().zip(sigma_rad);
-        off.iter().zip(both).all(|(off, (one, other))| off.abs() <= 3.0 * libm::hypotf(*one, *other))
+        off.iter().zip(both).all(|(off, (one, other))| off.abs() <= 3.0 * hypotenuse(*one, *other))
     }
 
     /// Propagates the state to `instant`, with a reading of the rate sensor, rad/s, or else the last one.

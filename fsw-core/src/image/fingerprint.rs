@@ -64,8 +64,8 @@ impl Fingerprint {
             steps: pixels.windows(2).map(step).sum(),
             light: pixels.iter().map(|raw| u32::from(*raw)).sum(),
         };
-        // Not the steps alone: a disturbance makes those of a probe on the Earth as small as those of the sky,
-        // and the Earth's light would excuse it.
+        // Not the steps alone: a disturbance makes those of a probe on the Earth as small as the sky's, and
+        // the Earth's light would excuse it.
         if self.noise == Noise::default() || noise.steps + noise.light < self.noise.steps + self.noise.light {
             self.noise = noise;
         }

@@ -10,8 +10,8 @@
 //!   its middle is is not known: no centre is given.
 //! - Drawn out: the greater of the second moments under a Gaussian weight of 2 px sigma exceeds that of a
 //!   star clearly, but all light is inside the patch, which is moved until the light stands in its middle.
-//!   Its centre is taken instead of that of a region chosen for a star; the sigma grows with its area and with
-//!   its length.
+//!   Its centre is taken instead of that of a region chosen for a star; the sigma grows with its area and
+//!   with its length.
 //! - Blend: a second maximum within [`BLEND_PX`]; the spot is flagged, and its sigma holds by how much the
 //!   other draws the centre along.
 //!
@@ -21,6 +21,7 @@
 //! (`allowance`).
 
 use super::Detection;
+use crate::trigonometry::hypotenuse;
 use fsw_pixels::condition::Place;
 use fsw_pixels::light;
 use fsw_pixels::patch::{MARGIN, Patch};
@@ -116,7 +117,7 @@ fn whole(window: &Place, spot: &Detection, patch: &mut Patch, axis: [f32; 2]) ->
         let side = side as f32;
         let spread = side * side * reach * (reach + 1.0) / 3.0;
         let noise = window.sum_sigma as f32 / 3.0 * libm::sqrtf(spread) * per;
-        let error = libm::hypotf(noise, DRAWN_SHARE * length_px);
+        let error = hypotenuse(noise, DRAWN_SHARE * length_px);
         let centre = |at: usize, offset: f32| ((at as i32) << 16) + (offset * 65_536.0) as i32;
         let [x, y] = patch.at;
         return Some(Detection {

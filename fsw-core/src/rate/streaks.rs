@@ -65,10 +65,10 @@ pub fn middle_of(camera: &Camera, streak: &Streak, rate_rad_s: &Vector3<f32>) ->
     Some(axis * along + across * libm::sqrtf((1.0 - along * along).max(0.0)))
 }
 
-/// Standard deviation of that middle an axis, px, where the streak's [`arc`](arc_of) is `off` sigmas longer or
-/// shorter than the rate has it. Then one of its ends is not the star's, but noise's or another's, and the
-/// middle is as many of its own sigmas off: of 9,500 middles in flights at up to 5 deg/s those less than one
-/// sigma too long were 1.0 sigma off, at 3 to 4 it were 2.6, at 6 to 10 it were 5.
+/// Standard deviation of that middle an axis, px, where the streak's [`arc`](arc_of) is `off` sigmas longer
+/// or shorter than the rate has it. Where that is much, one of its ends is not the star's, but noise's or
+/// another's, and the middle is off by about as many of its own sigmas. Of 9,500 middles in flights at up to 5
+/// deg/s those were 1.0 sigma off, rms, whose length was off by less than one, 2.6 at 3 to 4, 5.2 at 6 to 10.
 pub fn middle_sigma_px(streak: &Streak, off: f32) -> f32 {
     let along_px = streak.sigma_along_px * libm::sqrtf((0.5 * (1.0 + off * off)).max(1.0));
     along_px.max(streak.sigma_across_px) * core::f32::consts::FRAC_1_SQRT_2

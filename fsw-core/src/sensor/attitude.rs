@@ -11,6 +11,7 @@ use crate::order::fill;
 use crate::stars::confirm::Confirmed;
 use crate::stars::focal_ratio::FocalRatio;
 use crate::telemetry::{AttitudeReport, FilteredAttitude};
+use crate::trigonometry::hypotenuse;
 use fsw_hal::LocalTime;
 use nalgebra::Vector3;
 
@@ -30,7 +31,7 @@ fn whole_seconds(us: i64) -> u16 {
 /// Adds an error that an attitude may have about each axis, rad, to its standard deviations.
 pub(super) fn widen(sigma_rad: &mut [f32; 3], by_rad: [f32; 3]) {
     for (sigma, by) in sigma_rad.iter_mut().zip(by_rad) {
-        *sigma = libm::hypotf(*sigma, by);
+        *sigma = hypotenuse(*sigma, by);
     }
 }
 

@@ -19,6 +19,7 @@ use crate::orbit::forces::Forces;
 use crate::orbit::motion::Timing;
 use crate::outages::{Change, Forecast, Outlook, PointingLaw, local_axes};
 use crate::telemetry::{LocalAttitude, NextState};
+use crate::trigonometry::hypotenuse;
 use fsw_ground::matrix::{cross, dot};
 
 /// How far an attitude may be from its law, rad: 1.1 deg.
@@ -53,7 +54,7 @@ impl Basis {
     /// Sigma of a time that is `ahead_s` after the begin, of an attitude that has left its law by `off_rad`.
     fn sigma_s(&self, ahead_s: f32, off_rad: f32) -> f32 {
         let orbit_s = self.timing.sigma_s(ahead_s);
-        let directions_s = libm::hypotf(DIRECTION_RAD, off_rad) / self.circling_rad_s;
+        let directions_s = hypotenuse(DIRECTION_RAD, off_rad) / self.circling_rad_s;
         libm::sqrtf(orbit_s * orbit_s + directions_s * directions_s + WHOLE_S2)
     }
 }

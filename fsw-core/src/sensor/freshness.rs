@@ -3,10 +3,10 @@
 //! An old image that is disturbed on its way has another noise than when it was first read, and no
 //! fingerprint knows it again, nor when it comes again undisturbed; but its noise is larger than usual. From
 //! such an image on the stars must have moved since the last image that is known to be new, if the rate of
-//! then moves them; where they have not, the image is refused. Where they are expected to move by too little
-//! to tell, the attitude may be wrong by that much, and its sigma holds it. Ten images without disturbance
-//! end the suspicion, and a minute without an image that is known to be new: the spacecraft may have turned
-//! otherwise.
+//! then moves them, or where no rate is known; where they have not, the image is refused. Where they are
+//! expected to move by too little to tell, the attitude may be wrong by that much, and its sigma holds it.
+//! Ten images without disturbance end the suspicion, and a minute without an image that is known to be new:
+//! the spacecraft may have turned otherwise.
 //!
 //! In: the noise of each image, its attitude, the filter's rate. Out: [`Age`].
 
@@ -92,15 +92,13 @@ impl Sensor<'_> {
     /// be new, or since the one that was refused before it.
     pub(super) fn age(&mut self, solved: &Solved) -> Age {
         let Freshness { suspected, verified, refused, rate_rad_s, .. } = self.freshness;
-        let (Some(verified), Some(rate_rad_s), 1..) = (verified, rate_rad_s, suspected) else {
-            return Age::New;
-        };
-        match solved.age_since(&verified, &rate_rad_s) {
+        let (Some(verified), 1..) = (verified, suspected) else { return Age::New };
+        match solved.age_since(&verified, rate_rad_s.as_ref()) {
             Age::Old => {}
             age => return age,
         }
         self.freshness.refused = Some(*solved);
-        let since_refused = refused.map(|refused| solved.age_since(&refused, &rate_rad_s));
+        let since_refused = refused.map(|refused| solved.age_since(&refused, rate_rad_s.as_ref()));
         since_refused.filter(|age| matches!(age, Age::New)).unwrap_or(Age::Old)
     }
 
@@ -114,11 +112,12 @@ impl Sensor<'_> {
 
 impl Solved {
     /// What this image is by how far the stars have moved since another one: where that is of the second
-    /// before, at all; where images in between were not solved, and this may be one of them, as the rate has
-    /// it.
-    fn age_since(&self, other: &Self, rate_rad_s: &Vector3<f32>) -> Age {
+    /// before, or no rate is known, at all; where images in between were not solved, and this may be one of
+    /// them, as the rate has it.
+    #[inline(never)]
+    fn age_since(&self, other: &Self, rate_rad_s: Option<&Vector3<f32>>) -> Age {
         let elapsed_us = self.image.us_since(other.image);
-        let way = rate_rad_s * seconds(elapsed_us);
+        let way = rate_rad_s.map_or_else(Vector3::zeros, |rate| rate * seconds(elapsed_us));
         if elapsed_us > LONGEST_US || way.dot(&way) > LONGEST_WAY_RAD * LONGEST_WAY_RAD {
             return Age::New;
         }
@@ -129,11 +128,11 @@ impl Solved {
             libm::sqrtf(squares.sum())
         };
         let away = sigmas(&way);
-        if away < LEAST_WAY_SIGMAS {
+        if rate_rad_s.is_some() && away < LEAST_WAY_SIGMAS {
             return Age::Unknown(way);
         }
         let gone = self.attitude.angle_from(&other.attitude);
-        let is_new = if elapsed_us < NEXT_US {
+        let is_new = if elapsed_us < NEXT_US || rate_rad_s.is_none() {
             sigmas(&gone) > OFF_SIGMAS
         } else {
             sigmas(&(gone - way)) < OFF_SIGMAS.max(OFF_SHARE * away)

@@ -17,6 +17,7 @@ use crate::frames::{Direction, EarthPath, Icrs, Rotation, StarPath};
 use crate::magnetism::CONTRADICTION;
 use crate::orbit::geomagnetism;
 use crate::telemetry::{AttitudeReport, Event};
+use crate::trigonometry::hypotenuse;
 use fsw_ground::matrix::dot;
 use nalgebra::Vector3;
 
@@ -49,7 +50,7 @@ impl Sensor<'_> {
         let expected_ut = geomagnetism::flux_density_ut(place_km, &pole, ephemeris.terrestrial_us);
         let share = libm::sqrtf((trace_km2 / dot(place_km, place_km) as f32).max(0.0));
         let by_place_ut = BY_DISTANCE * share * expected_ut.norm();
-        Some(Field { reading_ut, expected_ut, sigma_ut: libm::hypotf(errors.field_ut, by_place_ut) })
+        Some(Field { reading_ut, expected_ut, sigma_ut: hypotenuse(errors.field_ut, by_place_ut) })
     }
 
     /// The field as a direction: as it is seen, and as it should be; with the standard deviation of one
@@ -82,7 +83,7 @@ impl Sensor<'_> {
         let Some((attitude, carried_rad)) = motion.at(now) else { return };
         let across_rad = sigma_across(carried_rad, measured.vector());
         let off = measured.vector().cross(attitude.apply(&reference).vector());
-        if off.norm() > CONTRADICTION * libm::hypotf(sigma_rad, across_rad) {
+        if off.norm() > CONTRADICTION * hypotenuse(sigma_rad, across_rad) {
             motion.contradict(now);
             return;
         }

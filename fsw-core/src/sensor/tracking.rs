@@ -18,6 +18,7 @@ use crate::stars::confirm::{Confirmed, confirm_among, match_predicted_stars};
 use crate::stars::predict::{MAX_FIELD_STARS, Predicted, field_stars};
 use crate::stars::{StarField, direction_after, row_delay_s};
 use crate::telemetry::Outcome;
+use crate::trigonometry::hypotenuse;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Stage, StageMeter, Window};
 use heapless::Vec;
 
@@ -161,7 +162,7 @@ impl Sensor<'_> {
     fn widen_by_blur(&self, sigma_rad: &mut [f32; 3]) {
         let [half_width, half_height] = self.camera.middle_px();
         let across = BLURRED_PX * self.camera.rad_per_px();
-        let about = BLURRED_PX / libm::hypotf(half_width, half_height);
+        let about = BLURRED_PX / hypotenuse(half_width, half_height);
         widen(sigma_rad, [across, across, about]);
     }
 

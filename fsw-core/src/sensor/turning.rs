@@ -23,6 +23,7 @@ use crate::rate::streaks::{arc_of, mark_of};
 use crate::stars::identify::NotIdentified;
 use crate::stars::{MeasuredStar, row_delay_s};
 use crate::telemetry::{Activity, Outcome, RateReport, RateSource};
+use crate::trigonometry::hypotenuse;
 use fsw_hal::{Detector, DetectorError, LocalTime, Stage, StageMeter};
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -157,7 +158,7 @@ impl Turning {
         let (rate, told_at) = self.told?;
         let elapsed_s = libm::fabsf(seconds(instant.us_since(told_at)));
         let change = free_body_change(&rate.rad_s) * elapsed_s;
-        let sigma_rad_s = rate.sigma_rad_s.map(|sigma| libm::hypotf(sigma, change));
+        let sigma_rad_s = rate.sigma_rad_s.map(|sigma| hypotenuse(sigma, change));
         (elapsed_s <= BETWEEN_S.1).then_some(Rate { rad_s: rate.rad_s, sigma_rad_s })
     }
 
@@ -331,8 +332,8 @@ impl Sensor<'_> {
     pub(super) fn farthest_px(&self, rate: &Vector3<f32>) -> f32 {
         let camera = self.camera.parameters();
         let [width, height] = [camera.width_px, camera.height_px].map(f32::from);
-        libm::hypotf(rate.x, rate.y) / self.camera.rad_per_px()
-            + libm::fabsf(rate.z) * 0.5 * libm::hypotf(width, height)
+        hypotenuse(rate.x, rate.y) / self.camera.rad_per_px()
+            + libm::fabsf(rate.z) * 0.5 * hypotenuse(width, height)
     }
 
     /// How far the filter's rate draws the fastest star out in the parameters' exposure, px; 0 without a

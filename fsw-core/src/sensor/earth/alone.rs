@@ -23,6 +23,7 @@ use crate::sensor::Sensor;
 use crate::sensor::propagation::Ephemeris;
 use crate::sensor::record::{EarthRecord, Field, Looked, Solution};
 use crate::telemetry::AttitudeReport;
+use crate::trigonometry::hypotenuse;
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 
 /// Greatest standard deviation about the Earth's direction that is told, rad: 10 deg.
@@ -76,10 +77,10 @@ impl Beside {
         let cosine = known.to_earth.dot(&reference);
         let (direction_rad, _) = fix.sigmas();
         let off = libm::fabsf(Direction::new(fix.centre_km)?.dot(&seen) - cosine);
-        let agrees = off < CONTRADICTION * libm::hypotf(sigma_rad, direction_rad);
+        let agrees = off < CONTRADICTION * hypotenuse(sigma_rad, direction_rad);
         let sine = libm::sqrtf((1.0 - cosine * cosine).max(1e-6));
         // An Earth that is off across turns the field about it, the more the nearer they are.
-        let sigma_rad = libm::hypotf(sigma_rad, cosine * direction_rad) / sine;
+        let sigma_rad = hypotenuse(sigma_rad, cosine * direction_rad) / sine;
         agrees.then_some(Self { seen, reference, sigma_rad, is_magnetic: true })
     }
 }
@@ -179,7 +180,7 @@ impl Sensor<'_> {
     fn by_earth(&self, fix: &EarthFix, beside: &Beside, known: &Known) -> Option<Solution> {
         let (direction_rad, along_km) = fix.sigmas();
         let off_km = libm::fabsf(fix.distance_km() - known.distance_km);
-        let agrees = off_km < DISTANCE_SIGMAS * libm::hypotf(along_km, known.sigma_km);
+        let agrees = off_km < DISTANCE_SIGMAS * hypotenuse(along_km, known.sigma_km);
         if !agrees || !self.parameters.earth.plausible.is_told(fix) {
             return None;
         }

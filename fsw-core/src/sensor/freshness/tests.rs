@@ -44,13 +44,26 @@ fn solved(angle_rad: f32, second: i64) -> Solved {
 fn an_image_whose_stars_have_not_moved_is_old_and_after_a_gap_one_that_is_not_where_it_should_be() {
     let rate = Vector3::new(1e-3, 0.0, 0.0);
     let before = solved(0.0, 100);
-    let age = |angle_rad, second| solved(angle_rad, second).age_since(&before, &rate);
+    let age = |angle_rad, second| solved(angle_rad, second).age_since(&before, Some(&rate));
     assert!(matches!(age(1e-3, 101), Age::New) && matches!(age(0.0, 101), Age::Old));
     // It slows down.
     assert!(matches!(age(4e-4, 101), Age::New));
     // Half of a gap of ten seconds, and all of it.
     assert!(matches!(age(5e-3, 110), Age::Old) && matches!(age(10.1e-3, 110), Age::New));
     assert!(matches!(age(0.0, 161), Age::New), "believed after a minute");
-    let slow = solved(0.0, 101).age_since(&before, &Vector3::new(5e-5, 0.0, 0.0));
+    let slow = solved(0.0, 101).age_since(&before, Some(&Vector3::new(5e-5, 0.0, 0.0)));
     assert!(matches!(slow, Age::Unknown(way) if way.x == 5e-5));
+}
+
+/// The second attitude of all, in a burst of noise: of the first one's image, or of one that has not moved.
+#[test]
+fn without_a_rate_an_image_whose_stars_have_not_moved_is_old_for_a_minute() {
+    let before = solved(0.0, 100);
+    for (angle_rad, second, is_old) in
+        [(0.0, 101, true), (1e-3, 101, false), (0.0, 130, true), (0.0, 161, false)]
+    {
+        let age = solved(angle_rad, second).age_since(&before, None);
+        assert_eq!(matches!(age, Age::Old), is_old, "{angle_rad} {second}");
+        assert_eq!(matches!(age, Age::New), !is_old, "{angle_rad} {second}");
+    }
 }

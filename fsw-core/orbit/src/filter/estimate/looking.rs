@@ -10,6 +10,7 @@ use crate::horizon::LimbGeometry;
 use crate::look::{LimbHeight, Look};
 use crate::parameters::OrbitParameters;
 use fsw_ground::matrix::{dot_slices, plus_scaled};
+use fsw_ground::trigonometry::hypotenuse;
 use nalgebra::{Matrix3, Vector3};
 
 /// Where the second order of a height by the position's sigma is greater than this, km, a look is taken in
@@ -64,7 +65,7 @@ impl Estimate {
         let common_km2 = geometry.edge_km2(parameters) * crowding;
         for point in heights {
             let radial = axes.tr_mul(&point.radial);
-            let length = libm::hypotf(radial.x, radial.y).max(1e-3);
+            let length = hypotenuse(radial.x, radial.y).max(1e-3);
             let azimuth = [radial.x / length, radial.y / length];
             let [cosine, sine] = azimuth;
             // Aberration lifts the limb by D (n · v) / c.
