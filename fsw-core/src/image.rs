@@ -32,6 +32,7 @@ pub mod streaks;
 mod test_sky;
 pub mod turn;
 
+use crate::trigonometry::hypotenuse;
 use calibration::Calibration;
 use fsw_ground::table::parameter_group;
 pub use fsw_pixels::window::FULL_SCALE;
@@ -132,8 +133,7 @@ impl Detection {
     /// The same with an error of so many px that its centre may have besides.
     #[inline(never)]
     pub(crate) fn doubted(&self, by_px: f32) -> Self {
-        let sigma_px = self.sigma_px();
-        let sigma_q16 = (libm::sqrtf(sigma_px * sigma_px + by_px * by_px) * 65_536.0) as i32;
+        let sigma_q16 = (hypotenuse(self.sigma_px(), by_px) * 65_536.0) as i32;
         Self { sigma_q16, ..*self }
     }
 }

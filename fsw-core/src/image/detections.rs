@@ -121,9 +121,7 @@ impl Detections {
 
     /// Adds to the errors of all spots that of a centre whose star moved as nobody knows.
     pub(crate) fn doubt(&mut self, by_px: f32) {
-        for spot in &mut self.spots {
-            spot.sigma_q16 = spot.doubted(by_px).sigma_q16;
-        }
+        self.spots.iter_mut().for_each(|spot| *spot = spot.doubted(by_px));
     }
 
     /// Places that are parts of streaks, px, the first that were found.

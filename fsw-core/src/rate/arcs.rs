@@ -17,6 +17,7 @@
 //! are oriented to fit the proposal, and the rate is one of two opposite ones.
 
 use crate::attitude::covariance::Information;
+use crate::trigonometry::hypotenuse;
 use nalgebra::{Matrix3, Vector3};
 
 /// Largest number of arcs.
@@ -175,7 +176,7 @@ pub fn corrected(
     let (rate, covariance) = updated((rate, covariance), &(shared * matrix), &(shared * right))?;
     let agrees = |arc: &Arc| {
         let share = off * arc.duration_s[0];
-        let looser = arc.sigma_rad.map(|sigma| libm::sqrtf(sigma * sigma + share * share));
+        let looser = arc.sigma_rad.map(|sigma| hypotenuse(sigma, share));
         misfit(&Arc { sigma_rad: looser, ..*arc }, &rate) < INLIER_SQUARE
     };
     arcs.iter().all(agrees).then_some((rate, covariance))

@@ -9,6 +9,7 @@
 
 use super::arcs::{self, Arc, MAX_ARCS, RateFit};
 use crate::attitude::filter::free_body_change;
+use crate::trigonometry::hypotenuse;
 use crate::trigonometry::sine_cosine;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -74,11 +75,10 @@ fn search_radius(
 /// The arc from a mark of one image to that of the next.
 #[inline(never)]
 fn arc_between(from: &Mark, to: &Mark, elapsed_s: f32) -> Arc {
-    let both = |a: f32, b: f32| libm::sqrtf(a * a + b * b);
     let ([a, b], [c, d]) = (from.sigma_rad, to.sigma_rad);
     Arc {
         ends: [from.direction, to.direction],
-        sigma_rad: [both(a, c), both(b, d)],
+        sigma_rad: [hypotenuse(a, c), hypotenuse(b, d)],
         duration_s: [elapsed_s + to.late_s - from.late_s; 2],
         directed: true,
         whole: true,
