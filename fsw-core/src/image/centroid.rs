@@ -29,6 +29,7 @@ use super::calibration::Calibration;
 use super::matched::{self, Centre};
 use super::turn::Turn;
 use super::{Detection, DetectionParameters, FULL_SCALE};
+use crate::trigonometry::hypotenuse;
 use fsw_pixels::condition::Place;
 use fsw_pixels::patch::Patch;
 
@@ -43,6 +44,8 @@ const CORE_SHARE_PERCENT: i64 = 30;
 /// Of a side of n pixels (7 to 15) the sum may differ from another's by (n + 5) / 3 noises of a 3 x 3 sum: of
 /// four sides of a flat floor the greatest difference stays within 4.4 sqrt(n) / 3, in 999 of 1000 places.
 const SIDE_NOISE_ADDEND: i32 = 5;
+/// A star that is told to move by so much, px, and whose image fits that is drawn out.
+const LEAST_DRAWN_PX: f32 = 4.0;
 
 /// A spot and what it stands on.
 #[derive(Clone, Copy, Debug)]
@@ -78,10 +81,11 @@ impl MeasuredSpot {
         }
         let [dx, dy] = [self.spot.x_q16 - (x << 16), self.spot.y_q16 - (y << 16)];
         let middle_px = [f32::from(origin[0]) + x as f32, f32::from(origin[1]) + y as f32];
+        let moved_px = turn.map_or([0.0; 2], |turn| turn.moved_px(middle_px));
         let spot = matched::Spot {
             pixels: &pixels,
             middle_px,
-            moved_px: turn.map_or([0.0; 2], |turn| turn.moved_px(middle_px)),
+            moved_px,
             start_px: [dx, dy].map(|offset| offset as f32 / ONE_PX),
             noise: window.sum_sigma as f32 / 3.0,
         };
@@ -90,7 +94,9 @@ impl MeasuredSpot {
         let [dx, dy] = centre.at_px.map(|px| libm::rintf(px * ONE_PX) as i32);
         let sigma_px = libm::sqrtf(centre.sigma_px * centre.sigma_px + drawn * drawn);
         let (x_q16, y_q16) = ((x << 16) + dx, (y << 16) + dy);
-        let spot = Detection { x_q16, y_q16, sigma_q16: (sigma_px * ONE_PX) as i32, ..self.spot };
+        let way_px = hypotenuse(moved_px[0], moved_px[1]);
+        let drawn_px = if way_px >= LEAST_DRAWN_PX && !centre.misfits { way_px as u8 } else { 0 };
+        let spot = Detection { x_q16, y_q16, sigma_q16: (sigma_px * ONE_PX) as i32, drawn_px, ..self.spot };
         Some((spot, centre))
     }
 }

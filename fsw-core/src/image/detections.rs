@@ -119,6 +119,12 @@ impl Detections {
         self.spots.retain(|spot| spot.drawn_px > 0 && !spot.extended);
     }
 
+    /// Adds to the errors of spots that look round.
+    pub(crate) fn doubt_round(&mut self, by_px: f32) {
+        let round = self.spots.iter_mut().filter(|spot| spot.drawn_px == 0);
+        round.for_each(|spot| *spot = spot.doubted(by_px));
+    }
+
     /// Adds to the errors of all spots that of a centre whose star moved as nobody knows.
     pub(crate) fn doubt(&mut self, by_px: f32) {
         self.spots.iter_mut().for_each(|spot| *spot = spot.doubted(by_px));

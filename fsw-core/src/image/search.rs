@@ -156,9 +156,10 @@ impl<'w> Conditioned<'w> {
                 let kept = detections.keeps(&star);
                 let fitted = if kept { self.fitted(&window, star, &measured, allowance) } else { None };
                 let misfits = fitted.as_ref().is_some_and(|(_, centre)| centre.misfits);
+                let looks_drawn = star.drawn_px > 0;
                 let star = fitted.map_or(star, |(star, _)| star);
                 let [x, y] = self.origin.map(|at| i32::from(at) << 16);
-                let clear = star.flux > CLEAR_SIGMAS * window.sigma;
+                let clear = star.flux > CLEAR_SIGMAS * window.sigma || looks_drawn && star.drawn_px > 0;
                 let star = Detection { x_q16: star.x_q16 + x, y_q16: star.y_q16 + y, ..star };
                 if detections.insert(star) {
                     let background = self.residuals.level(at[0], at[1]);
@@ -178,16 +179,18 @@ impl<'w> Conditioned<'w> {
         measured: &MeasuredSpot,
         allowance: &mut Allowance,
     ) -> Option<(Detection, Centre)> {
+        let Detection { extended, drawn_px, flux, .. } = star;
         let single = star.is_single();
-        let feigned = !star.extended && star.flux < FAINT_SIGMAS * window.sigma;
+        let feigned = flux < FAINT_SIGMAS * window.sigma;
+        let told = drawn_px > 0 && self.criteria.method.turn.is_some();
         self.criteria
             .method
             .calibration
-            .filter(|_| (single || feigned) && allowance.spend(FIT_CYCLES))
+            .filter(|_| (single || !extended && (feigned || told)) && allowance.spend(FIT_CYCLES))
             .and_then(|calibration| {
                 measured.fitted(window, self.origin, calibration, self.criteria.method.turn.as_ref())
             })
-            .filter(|(_, centre)| single || centre.all_is_star)
+            .filter(|(spot, centre)| single || centre.all_is_star || spot.drawn_px > 0)
     }
 
     /// A window's pixel counted on the detector.

@@ -82,6 +82,7 @@ fn shines(end: i32, middle: i32, window: &Place) -> bool {
 
 /// The centre of all light inside the ring; `None` where it ends nowhere. Moves the patch to the middle of
 /// the light.
+#[inline(never)]
 fn whole(window: &Place, spot: &Detection, patch: &mut Patch, axis: [f32; 2]) -> Option<Detection> {
     const HALF: usize = MARGIN - 1;
     for step in 0..=MOVES {

@@ -39,6 +39,10 @@ const FEWEST_STREAKS: u32 = 2;
 /// it is in the middle, px. Ways up to 4 px, from which on stars no longer look round, have this sixth, rms.
 const BLURRED_PX: f32 = 0.4;
 
+/// Error of a spot that looks round among stars that are drawn out: it is a part of a faint one of up to 8 px,
+/// of which 3 px are seen anywhere, or a hit.
+const PART_PX: f32 = 1.5;
+
 /// The stars expected in the image, and the windows in which they are sought.
 struct Expectation {
     attitude: Rotation<Icrs, StarPath>,
@@ -69,13 +73,10 @@ impl Sensor<'_> {
         let read = self.workspace.read_windows(detector, &expectation.windows, &method);
         meter.end(Stage::Windows);
         let blank = read?;
-        let fewest = u32::from(self.parameters.tracking.fewest_stars);
         let smear = self.workspace.detections.smear(FEWEST_STREAKS);
         match smear {
             Smear::Points | Smear::Blurred => {}
-            // Too few for an attitude: what looks round stands where stars are expected.
-            Smear::Drawn if self.workspace.detections.drawn() < fewest => {}
-            Smear::Drawn => self.workspace.detections.keep_drawn(),
+            Smear::Drawn => self.workspace.detections.doubt_round(PART_PX),
             Smear::Streaks => return Ok(Outcome::TooFast),
         }
         self.measure_windows(stars);

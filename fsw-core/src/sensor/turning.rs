@@ -355,9 +355,8 @@ impl Sensor<'_> {
     fn turn_by_stars(&mut self) -> Option<RateReport> {
         let detections = &self.workspace.detections;
         let measured = self.workspace.measured.len();
-        let drawn = detections.spots().iter().filter(|spot| spot.drawn_px > 0 && !spot.extended).count();
-        let seeks =
-            measured < FEWEST_STARS || DRAWN_SHARE * (drawn + detections.streaks() as usize) >= measured;
+        let lines = detections.drawn().saturating_add(detections.streaks()) as usize;
+        let seeks = measured < FEWEST_STARS || DRAWN_SHARE * lines >= measured;
         let row_time_s = self.row_time_s();
         let mark = |star: MeasuredStar| Mark {
             direction: *star.direction.vector(),

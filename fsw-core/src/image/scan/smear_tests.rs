@@ -79,30 +79,62 @@ fn of_drawn_stars_those_that_are_kept_stand_in_the_middle_of_their_streaks() {
     assert!(kept > 1000 && 50 * astray <= kept);
 }
 
-#[test]
-fn stars_that_move_otherwise_than_is_told_are_blurred() {
-    let bytes = sample::gaussian(SHARP_PX);
-    let calibration = Calibration::open(&bytes).unwrap();
-    let parameters = DetectionParameters::default();
+/// The spots of a scan through a sharp lens, stars drawn out over `length` px and told to move by `told` px;
+/// and the stars' middles.
+fn scanned_as_told(length: f64, told: Option<f32>, seed: u64) -> (Detections, Vec<[f64; 2]>) {
     // Over 460 px a turn about the axes across a long lens moves every star alike.
     const FOCAL_LENGTH_PX: f32 = 1e6;
     let turn = |length: f32| {
         let about = [0.6, -0.8, 0.0].map(|share| share * length / FOCAL_LENGTH_PX);
         Turn::new([230.0; 2], FOCAL_LENGTH_PX, false, about)
     };
+    let bytes = sample::gaussian(SHARP_PX);
+    let calibration = Calibration::open(&bytes).unwrap();
+    let parameters = DetectionParameters::default();
+    let (mut frame, stars) = turning_through(SHARP_PX, length, seed);
+    let method =
+        DetectionMethod { parameters: &parameters, calibration: Some(&calibration), turn: told.map(turn) };
+    let mut found = Detections::new();
+    scan(&mut frame, &mut [0; TILE_PIXELS], method, &mut found).unwrap();
+    (found, stars)
+}
+
+#[test]
+fn stars_that_move_otherwise_than_is_told_are_blurred() {
     for seed in 1..=20 {
-        let smear = |length: f64, told: f32| {
-            let mut frame = turning_through(SHARP_PX, length, seed).0;
-            let calibration = Some(&calibration);
-            let method = DetectionMethod { parameters: &parameters, calibration, turn: Some(turn(told)) };
-            let mut found = Detections::new();
-            scan(&mut frame, &mut [0; TILE_PIXELS], method, &mut found).unwrap();
-            found.smear(FEWEST)
-        };
+        let smear = |length, told| scanned_as_told(length, Some(told), seed).0.smear(FEWEST);
         assert_eq!(smear(0.0, 0.0), Smear::Points, "seed {seed}");
         assert_eq!(smear(3.0, 3.0), Smear::Points, "seed {seed}");
         for (length, told) in [(3.0, 0.0), (0.0, 3.0)] {
             assert_eq!(smear(length, told), Smear::Blurred, "{length} px, {told} told, seed {seed}");
         }
+    }
+}
+
+#[test]
+fn of_stars_drawn_out_as_is_told_the_centres_are_nearer_to_the_middles_of_their_streaks() {
+    for length in [5.0f32, 6.0, 7.0] {
+        let [(_, without_px, _), (kept, with_px, astray)] = [None, Some(length)].map(|told| {
+            let mut misses_px = Vec::new();
+            let mut astray = 0;
+            for seed in 1..=20 {
+                let (mut found, stars) = scanned_as_told(length.into(), told, seed);
+                assert_eq!(found.smear(FEWEST), Smear::Drawn, "{length} px, {told:?}, seed {seed}");
+                found.keep_drawn();
+                for spot in found.spots() {
+                    let [x, y] = spot.centre_px().map(f64::from);
+                    let miss = |[star_x, star_y]: &[f64; 2]| (x - star_x).hypot(y - star_y);
+                    let nearest = stars.iter().map(miss).fold(f64::INFINITY, f64::min);
+                    misses_px.push(nearest);
+                    astray += usize::from(nearest > 4.0 * f64::from(spot.sigma_px()));
+                }
+            }
+            misses_px.sort_by(f64::total_cmp);
+            (misses_px.len(), misses_px[misses_px.len() / 2], astray)
+        });
+        std::println!(
+            "{length} px: {without_px:.3}, told {with_px:.3} px; {astray} of {kept} beyond 4 sigma"
+        );
+        assert!(2.0 * with_px < without_px && 50 * astray <= kept, "{length} px");
     }
 }
