@@ -22,9 +22,8 @@ use sil_host::world::scene::{Scene, SceneSettings};
 
 /// Rates, deg/s, and exposures, us.
 const RATES: [(f64, u32); 4] = [(0.0, 400_000), (0.5, 100_000), (1.0, 50_000), (2.0, 50_000)];
-/// First second of a fault, and seconds flown after its last. At 2 deg/s an image shortly before the fault may
-/// show too few stars; with the images that the fault skips tracking would be left: none does before this one.
-const FROM_S: u32 = 17;
+/// First second of a fault, and seconds flown after its last.
+const FROM_S: u32 = 14;
 const AFTER_S: u32 = 12;
 const SECOND_US: i64 = 1_000_000;
 
