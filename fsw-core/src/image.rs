@@ -97,8 +97,8 @@ pub struct Detection {
     pub saturated: bool,
     /// It stands on or beside an extended bright object (clouds, a limb), far above whose texture it rises.
     pub extended: bool,
-    /// Length to which the sensor's turning has drawn it out, its centre being that of all its light, px; 0
-    /// of what is round.
+    /// Length to which the sensor's turning has drawn it out, px, its centre being that of all its light, or
+    /// that of the lens's profile along the way that it is told to move; 0 of what is round.
     pub drawn_px: u8,
     /// A second maximum stands so close that its light draws the centre along; the sigma holds by how much.
     pub blended: bool,

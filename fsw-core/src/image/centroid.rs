@@ -92,7 +92,7 @@ impl MeasuredSpot {
         let centre = matched::centre(&spot, calibration)?;
         let drawn = self.slope_per_flux * matched::SPREAD;
         let [dx, dy] = centre.at_px.map(|px| libm::rintf(px * ONE_PX) as i32);
-        let sigma_px = libm::sqrtf(centre.sigma_px * centre.sigma_px + drawn * drawn);
+        let sigma_px = hypotenuse(centre.sigma_px, drawn);
         let (x_q16, y_q16) = ((x << 16) + dx, (y << 16) + dy);
         let way_px = hypotenuse(moved_px[0], moved_px[1]);
         let drawn_px = if way_px >= LEAST_DRAWN_PX && !centre.misfits { way_px as u8 } else { 0 };

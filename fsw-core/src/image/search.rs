@@ -156,6 +156,7 @@ impl<'w> Conditioned<'w> {
                 let kept = detections.keeps(&star);
                 let fitted = if kept { self.fitted(&window, star, &measured, allowance) } else { None };
                 let misfits = fitted.as_ref().is_some_and(|(_, centre)| centre.misfits);
+                // A faint one counts where its shape and its fit say the same.
                 let looks_drawn = star.drawn_px > 0;
                 let star = fitted.map_or(star, |(star, _)| star);
                 let [x, y] = self.origin.map(|at| i32::from(at) << 16);

@@ -75,10 +75,10 @@ impl Evidence {
     /// Counts a spot in the open sky. `clear`: its light is so far above the noise that its shape shows
     /// whether it is drawn out; `misfits`: the lens's profile does not fit it.
     pub(super) fn note_spot(&mut self, spot: &Detection, background: i32, clear: bool, misfits: bool) {
-        let drawn = clear && spot.drawn_px > 0;
         if spot.extended || !self.counts(background) {
             return;
         }
+        let drawn = clear && spot.drawn_px > 0;
         self.drawn = self.drawn.saturating_add(u32::from(drawn));
         self.clear_round = self.clear_round.saturating_add(u32::from(clear && !drawn));
         self.blurred = self.blurred.saturating_add(u32::from(clear && !drawn && misfits));

@@ -9,8 +9,7 @@
 
 use super::arcs::{self, Arc, MAX_ARCS, RateFit};
 use crate::attitude::filter::free_body_change;
-use crate::trigonometry::hypotenuse;
-use crate::trigonometry::sine_cosine;
+use crate::trigonometry::{hypotenuse, sine_cosine};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 

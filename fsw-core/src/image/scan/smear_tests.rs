@@ -2,10 +2,10 @@
 
 use super::tests::{places, scanned};
 use super::*;
-use crate::image::DetectionParameters;
 use crate::image::calibration::{Calibration, sample};
 use crate::image::test_sky::{Chance, Frame, Sky};
 use crate::image::turn::Turn;
+use crate::image::{Detection, DetectionParameters};
 use std::vec::Vec;
 
 /// Fewest spots drawn out that say anything, as in the sensor.
@@ -40,6 +40,12 @@ fn turning_through(spot_px: f64, length: f64, seed: u64) -> (Frame, Vec<[f64; 2]
     (sky.noise(8.0, seed).expose(12), stars)
 }
 
+/// Distance of a spot from the nearest star's middle, px.
+fn nearest_px(spot: &Detection, stars: &[[f64; 2]]) -> f64 {
+    let [x, y] = spot.centre_px().map(f64::from);
+    stars.iter().map(|[star_x, star_y]| (x - star_x).hypot(y - star_y)).fold(f64::INFINITY, f64::min)
+}
+
 #[test]
 fn a_slow_sensor_has_points_a_faster_one_drawn_stars_and_a_fast_one_streaks() {
     for seed in 1..=20 {
@@ -66,11 +72,8 @@ fn of_drawn_stars_those_that_are_kept_stand_in_the_middle_of_their_streaks() {
             }
             found.keep_drawn();
             for spot in found.spots() {
-                let [x, y] = spot.centre_px().map(f64::from);
-                let miss = |[star_x, star_y]: &[f64; 2]| (x - star_x).hypot(y - star_y);
-                let nearest = stars.iter().map(miss).fold(f64::INFINITY, f64::min);
                 kept += 1;
-                astray += usize::from(nearest > 4.0 * f64::from(spot.sigma_px()));
+                astray += usize::from(nearest_px(spot, &stars) > 4.0 * f64::from(spot.sigma_px()));
             }
         }
     }
@@ -123,9 +126,7 @@ fn of_stars_drawn_out_as_is_told_the_centres_are_nearer_to_the_middles_of_their_
                 assert_eq!(found.smear(FEWEST), Smear::Drawn, "{length} px, {told:?}, seed {seed}");
                 found.keep_drawn();
                 for spot in found.spots() {
-                    let [x, y] = spot.centre_px().map(f64::from);
-                    let miss = |[star_x, star_y]: &[f64; 2]| (x - star_x).hypot(y - star_y);
-                    let nearest = stars.iter().map(miss).fold(f64::INFINITY, f64::min);
+                    let nearest = nearest_px(spot, &stars);
                     misses_px.push(nearest);
                     astray += usize::from(nearest > 4.0 * f64::from(spot.sigma_px()));
                 }
