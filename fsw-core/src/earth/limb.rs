@@ -118,14 +118,25 @@ impl Strip {
     }
 }
 
+/// The limb point of a strip and the brightness on both sides of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StripPoint {
+    /// The limb point.
+    pub point: LimbPoint,
+    /// Level of its dark side, counts.
+    pub dark: f32,
+    /// Brightness of its bright side over the dark one, counts.
+    pub bright: f32,
+}
+
 /// A way to find the limb in a strip: that of [`crossing`], or one in [`comparison`](super::comparison).
 pub trait Crossing:
-    Fn(&[u16], &Strip, &DetectorGeometry, &EarthParameters) -> Option<LimbPoint> + Copy
+    Fn(&[u16], &Strip, &DetectorGeometry, &EarthParameters) -> Option<StripPoint> + Copy
 {
 }
 
 impl<F> Crossing for F where
-    F: Fn(&[u16], &Strip, &DetectorGeometry, &EarthParameters) -> Option<LimbPoint> + Copy
+    F: Fn(&[u16], &Strip, &DetectorGeometry, &EarthParameters) -> Option<StripPoint> + Copy
 {
 }
 
@@ -215,7 +226,7 @@ impl<'a> StripProfile<'a> {
     }
 
     /// The limb point of a passage, with its sigma.
-    fn point(&self, edge: &LimbEdge, model: &LimbModel, strip: &Strip) -> Option<LimbPoint> {
+    fn point(&self, edge: &LimbEdge, model: &LimbModel, strip: &Strip) -> Option<StripPoint> {
         let (profile, parameters) = (self.line.known(), self.parameters);
         let LimbEdge { place, part, bright } = *edge;
         let smooth = model.scatter(profile, place, self.dark)?;
@@ -241,7 +252,8 @@ impl<'a> StripProfile<'a> {
             return None;
         }
         let ground = Ground { brightness: bright / model.white, lever_px: lever * normal_cosine };
-        Some(LimbPoint { ground, ..strip.point(self.lines.length, place as f32 - 1.0 + part, sigma) })
+        let point = LimbPoint { ground, ..strip.point(self.lines.length, place as f32 - 1.0 + part, sigma) };
+        Some(StripPoint { point, dark: self.dark, bright })
     }
 }
 
@@ -252,7 +264,7 @@ pub fn crossing(
     strip: &Strip,
     geometry: &DetectorGeometry,
     parameters: &EarthParameters,
-) -> Option<LimbPoint> {
+) -> Option<StripPoint> {
     let lines = Lines::of(pixels, strip)?;
     let mut line = lines.averaged()?;
     let mut strip_profile = StripProfile::new(&lines, &mut line, geometry, parameters)?;

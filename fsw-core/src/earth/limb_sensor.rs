@@ -7,6 +7,7 @@
 //! all of them, for an image without any prior.
 
 use super::centre::{self, CentrePrior};
+use super::limb::StripPoint;
 use super::reach::{MAX_LIMB_STRIPS, STRIP_MARGIN_PX, limb_reach};
 use super::shape::bilinear;
 use super::view::{PHASES, View};
@@ -14,6 +15,7 @@ use super::{Body, EarthFix, EarthParameters, FitCriteria, LimbPoint, MAX_LIMB_PO
 use super::{FitError, Strips, limb, search};
 use crate::camera::Camera;
 use fsw_hal::{Detector, DetectorError};
+use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
 
 /// Sigma of the limb's position after a search, px: twice the floor of its points, because the limb is
@@ -25,6 +27,9 @@ const STRIPS_SIGMA_PX: f32 = 0.5;
 /// Where the Sun is not known, the limb within this many search steps of a point of the search counts as
 /// lit. Chosen.
 const LIT_STEPS: f32 = 6.0;
+/// A strip's dark side is space if it is brighter than the others' by no more than this share of its own
+/// brightness: a dark sea before clouds is not. Chosen; along a true limb it was a hundredth of it.
+const SPACE_SHARE: f32 = 0.25;
 
 /// Working buffers; their content is overwritten.
 #[derive(Debug)]
@@ -124,6 +129,7 @@ impl LimbSensor<'_> {
         let Self { camera, parameters, .. } = *self;
         let geometry = detector.geometry();
         buffers.points.clear();
+        let mut sides = SidesOfStrips::new();
         let mut strips = Strips { km_per_px: self.km_per_px(view), ..Strips::default() };
         for expected in
             &view.limb(camera, STRIP_MARGIN_PX, (selection.most, selection.phase), parameters).points
@@ -140,13 +146,33 @@ impl LimbSensor<'_> {
             let pixels = buffers.buffer.get_mut(..strip.window.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(strip.window, pixels)?;
             strips.read += 1;
-            if let Some(point) = crossing(pixels, &strip, &geometry, parameters) {
-                // There are at most as many strips as the list holds points.
+            if let Some(StripPoint { point, dark, bright }) = crossing(pixels, &strip, &geometry, parameters)
+            {
+                // There are at most as many strips as the lists hold points.
                 let _ = buffers.points.push(point);
+                let _ = sides.push((dark, bright));
             }
         }
+        keep_before_space(buffers.points, &sides);
         Ok(strips)
     }
+}
+
+/// Dark level and brightness of the points of strips, counts.
+type SidesOfStrips = Vec<(f32, f32), MAX_LIMB_POINTS>;
+
+/// Drops the points of which the dark side is not as dark as space: as the second darkest, so that one
+/// defective strip does no harm.
+#[inline(never)]
+fn keep_before_space(points: &mut search::Points, sides: &SidesOfStrips) {
+    let mut least = [f32::INFINITY; 2];
+    for (dark, _) in sides {
+        let [first, second] = least;
+        least = [first.min(*dark), second.min(first.max(*dark))];
+    }
+    let [_, space] = least;
+    let mut sides = sides.iter();
+    points.retain(|_| sides.next().is_some_and(|(dark, bright)| dark - space <= SPACE_SHARE * bright));
 }
 
 /// Uncertainty of the expected limb's height.

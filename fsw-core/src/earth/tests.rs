@@ -19,7 +19,7 @@ fn track(world: &World, predicted_km: &Vector3<f32>, reach_px: u16, seed: u64) -
         .filter_map(|(index, expected)| {
             let strip = strip(expected, even(reach_px), &GEOMETRY)?;
             let pixels = world.expose(strip.window, 1.0, seed * 100 + index as u64);
-            crossing(&pixels, &strip, &GEOMETRY, &parameters)
+            crossing(&pixels, &strip, &GEOMETRY, &parameters).map(|found| found.point)
         })
         .collect();
     let strips = Strips { read: points.len(), skipped: 0, km_per_px: f32::INFINITY };

@@ -14,8 +14,8 @@
 //! The sigma is the residuals' root mean square over the slope there, with the floors of the flight's
 //! crossing.
 
-use crate::earth::limb::{self, Lines, Strip};
-use crate::earth::{EarthParameters, LimbPoint};
+use crate::earth::EarthParameters;
+use crate::earth::limb::{self, Lines, Strip, StripPoint};
 use fsw_hal::DetectorGeometry;
 
 /// Fitted range outside and inside the first guess, scale heights.
@@ -39,6 +39,8 @@ struct LimbProfile {
     /// First guess.
     guess: usize,
     dark: f32,
+    /// Greatest brightness over it.
+    bright: f32,
     /// Scale height, places.
     scale: f32,
 }
@@ -72,7 +74,16 @@ impl LimbProfile {
         let reach = |scales: f32| libm::ceilf((scales * scale).max(LEAST_PX)) as usize;
         let from = guess.saturating_sub(reach(OUTSIDE_SCALES)).max(limb::END_MARGIN);
         let to = (guess + reach(INSIDE_SCALES)).min(inner);
-        (to > from + 2 * ORDER).then_some(Self { profile: line.counts, from, to, length, guess, dark, scale })
+        (to > from + 2 * ORDER).then_some(Self {
+            profile: line.counts,
+            from,
+            to,
+            length,
+            guess,
+            dark,
+            bright: most - dark,
+            scale,
+        })
     }
 
     /// Places and values.
@@ -88,14 +99,19 @@ impl LimbProfile {
         slope: f32,
         strip: &Strip,
         parameters: &EarthParameters,
-    ) -> Option<LimbPoint> {
+    ) -> Option<StripPoint> {
         let inside = inward > self.from as f32 && inward < self.to as f32 && slope > 1e-3;
         let noise = rms / slope * strip.normal_cosine();
         let height = parameters.limb.scatter_km / strip.expected().km_per_px.max(1e-3);
         let floor = parameters.strips.floor_px;
         let sigma = libm::sqrtf(noise * noise + floor * floor + height * height);
-        (inside && sigma < limb::GREATEST_SIGMA_PX.max(limb::GREATEST_SIGMA_SHARE * self.scale))
-            .then(|| strip.point(self.length, inward, sigma))
+        (inside && sigma < limb::GREATEST_SIGMA_PX.max(limb::GREATEST_SIGMA_SHARE * self.scale)).then(|| {
+            StripPoint {
+                point: strip.point(self.length, inward, sigma),
+                dark: self.dark,
+                bright: self.bright,
+            }
+        })
     }
 }
 
@@ -119,7 +135,7 @@ pub fn exponential(
     strip: &Strip,
     geometry: &DetectorGeometry,
     parameters: &EarthParameters,
-) -> Option<LimbPoint> {
+) -> Option<StripPoint> {
     let rise = LimbProfile::new(pixels, strip, geometry, parameters)?;
     let step = 1.0 / STEPS as f32;
     let edge_at = |step_count: usize| rise.from as f32 + step * step_count as f32;
@@ -200,7 +216,7 @@ pub fn polynomial(
     strip: &Strip,
     geometry: &DetectorGeometry,
     parameters: &EarthParameters,
-) -> Option<LimbPoint> {
+) -> Option<StripPoint> {
     let rise = LimbProfile::new(pixels, strip, geometry, parameters)?;
     let fit = Polynomial::circle_through(&rise);
     // From the guess inwards to the first maximum, then outwards to half of it.

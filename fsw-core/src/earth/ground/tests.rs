@@ -79,8 +79,8 @@ fn errors_px(world: &World, usual: &mut UsualGround, told: &Camera) -> Vec<[f64;
         let Some(strip) = strip(&truth, even(64), &GEOMETRY) else { continue };
         let mut pixels = world.expose(strip.window, 1.0, index as u64);
         through_a_dark_lens(&mut pixels, &strip.window);
-        let Some(point) = crossing(&pixels, &strip, &GEOMETRY, &parameters) else { continue };
-        found.push(point);
+        let Some(seen) = crossing(&pixels, &strip, &GEOMETRY, &parameters) else { continue };
+        found.push(seen.point);
         expected.push(truth);
     }
     let mut moved = found.clone();

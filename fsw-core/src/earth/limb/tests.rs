@@ -26,9 +26,9 @@ fn measure(
             asked += 1;
             let pixels = world.expose(strip.window, 1.0, (number * 100 + index) as u64);
             if let Some(found) = crossing(&pixels, &strip, &GEOMETRY, &parameters) {
-                let error = error_px(&found, truth);
-                normalised += (error / f64::from(found.sigma_px)).powi(2);
-                sigmas += f64::from(found.sigma_px);
+                let error = error_px(&found.point, truth);
+                normalised += (error / f64::from(found.point.sigma_px)).powi(2);
+                sigmas += f64::from(found.point.sigma_px);
                 errors.push(error);
             }
         }
@@ -88,7 +88,8 @@ fn air_that_fades_more_slowly_than_the_model_is_no_limb() {
             asked += 1;
             let pixels = world.expose(strip.window, 1.0, seed * 100 + index as u64);
             errors.extend(
-                crossing(&pixels, &strip, &GEOMETRY, &parameters).map(|found| error_px(&found, truth).abs()),
+                crossing(&pixels, &strip, &GEOMETRY, &parameters)
+                    .map(|found| error_px(&found.point, truth).abs()),
             );
         }
     }
@@ -111,7 +112,7 @@ fn vignetting_moves_the_limb_by_less_than_a_twentieth_of_a_pixel() {
             let Some(strip) = strip(truth, even(40), &GEOMETRY) else { continue };
             let mut pixels = world.expose(strip.window, 1.0, index as u64);
             let place = |pixels: &[u16]| {
-                crossing(pixels, &strip, &GEOMETRY, &parameters).map(|found| error_px(&found, truth))
+                crossing(pixels, &strip, &GEOMETRY, &parameters).map(|found| error_px(&found.point, truth))
             };
             let clear = place(&pixels);
             through_a_dark_lens(&mut pixels, &strip.window);
@@ -160,7 +161,7 @@ fn stars_and_hot_pixels_in_a_strip_move_the_limb_by_less_than_its_sigma() {
             let at = (generator.between(0.0, 1.0) * clean.len() as f64) as usize;
             pixels[at] = 1023;
             if let Some(found) = crossing(&pixels, &strip, &GEOMETRY, &parameters) {
-                moved.push((error_px(&found, &truth) - error_px(&before, &truth)).abs());
+                moved.push((error_px(&found.point, &truth) - error_px(&before.point, &truth)).abs());
             }
         }
         let worst = moved.iter().copied().fold(0.0, f64::max);
@@ -263,11 +264,11 @@ proptest::proptest! {
             .map(|_| (40 + (generator.bits() as u32 % (amplitude + 1)) * (generator.bits() as u32 % 2)) as u16)
             .collect();
         if let Some(found) = crossing(&pixels, &strip, &GEOMETRY, &parameters()) {
-            let [x, y] = found.centre_px;
+            let [x, y] = found.point.centre_px;
             let Window { x: left, y: top, width, height } = strip.window;
             proptest::prop_assert!(x >= f32::from(left) && x <= f32::from(left + width));
             proptest::prop_assert!(y >= f32::from(top) && y <= f32::from(top + height));
-            proptest::prop_assert!(found.sigma_px > 0.0 && found.sigma_px.is_finite());
+            proptest::prop_assert!(found.point.sigma_px > 0.0 && found.point.sigma_px.is_finite());
         }
     }
 }

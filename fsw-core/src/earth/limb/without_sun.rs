@@ -1,9 +1,9 @@
 //! Limb point in a strip where the Sun's direction is not known.
 
-use super::{LimbEdge, Lines, Strip, StripProfile};
+use super::{LimbEdge, Lines, Strip, StripPoint, StripProfile};
+use crate::earth::EarthParameters;
 use crate::earth::limb_model::{self, LimbModel};
 use crate::earth::view::ExpectedLimb;
-use crate::earth::{EarthParameters, LimbPoint};
 use fsw_hal::DetectorGeometry;
 
 /// Depth behind the limb at which the surface must be bright, km: below a layer of airglow 12 km thick.
@@ -37,7 +37,7 @@ pub fn crossing_without_sun(
     strip: &Strip,
     geometry: &DetectorGeometry,
     parameters: &EarthParameters,
-) -> Option<LimbPoint> {
+) -> Option<StripPoint> {
     let lines = Lines::of(pixels, strip)?;
     let mut line = lines.averaged()?;
     line.extend(lines.length)?;

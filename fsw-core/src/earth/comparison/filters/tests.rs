@@ -1,5 +1,5 @@
 use super::*;
-use crate::earth::limb::{Crossing, Reach, crossing, strip};
+use crate::earth::limb::{Crossing, Reach, StripPoint, crossing, strip};
 use crate::earth::test_world::{GEOMETRY, World, camera, geostationary, low, narrow, parameters};
 use crate::earth::view::View;
 use std::vec::Vec;
@@ -15,7 +15,7 @@ fn measure(world: &World, reach_px: u16, filter: impl Crossing) -> (f64, f64, f6
         let Some(strip) = strip(expected, reach, &GEOMETRY) else { continue };
         asked += 1.0;
         let pixels = world.expose(strip.window, 1.0, index as u64);
-        if let Some(found) = filter(&pixels, &strip, &GEOMETRY, &parameters) {
+        if let Some(StripPoint { point: found, .. }) = filter(&pixels, &strip, &GEOMETRY, &parameters) {
             assert!(found.sigma_px > 0.0 && found.outward_px == expected.outward_px);
             let [nx, ny] = expected.outward_px;
             let [dx, dy] = [0, 1].map(|k| found.centre_px[k] - expected.at_px[k]);
