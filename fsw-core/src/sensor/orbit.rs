@@ -165,11 +165,11 @@ impl Sensor<'_> {
         let to_star_path = local_axes(self.orbit.state()?)?.inverse().then(&attitude);
         let path = to_star_path.then(&self.mounting());
         // Rows: the Earth path's axes in LVLH.
-        let [x, z] = [0, 2].map(|row| path.matrix().row(row).transpose());
+        let axes = path.matrix();
         Some(LocalAttitude {
             quaternion: to_star_path.quaternion(),
-            nadir_rad: libm::atan2f(libm::sqrtf(z.x * z.x + z.y * z.y), z.z),
-            yaw_rad: libm::atan2f(x.y, x.x),
+            nadir_rad: libm::atan2f(libm::sqrtf(axes.m31 * axes.m31 + axes.m32 * axes.m32), axes.m33),
+            yaw_rad: libm::atan2f(axes.m12, axes.m11),
         })
     }
 }
