@@ -148,6 +148,9 @@ pub struct Sensor<'c> {
     /// The attitude measured last, and that predicted when it was lost: hypotheses for the stars, nothing
     /// that is told.
     former: [Option<Rotation<Icrs, StarPath>>; 2],
+    /// The likeliest attitude of the last search that found none, and the instant of its image: a hypothesis
+    /// too.
+    likeliest: Option<(Rotation<Icrs, StarPath>, LocalTime)>,
     orbit: OrbitFilter,
     shutting: Shutting,
     forecasting: forecasting::Forecasting,
@@ -235,6 +238,7 @@ impl<'c> Sensor<'c> {
             aberration_corrected: false,
             motion: None,
             former: [None; 2],
+            likeliest: None,
             orbit: OrbitFilter::new(),
             shutting: Shutting::default(),
             forecasting: forecasting::Forecasting::default(),
@@ -309,6 +313,7 @@ impl<'c> Sensor<'c> {
     fn forget_attitude(&mut self) {
         self.motion = None;
         self.former = [None; 2];
+        self.likeliest = None;
         self.searching_since = None;
         self.turning.forget();
         self.images_given_up = 0;

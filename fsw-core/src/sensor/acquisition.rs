@@ -4,6 +4,7 @@
 use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
 use super::{Sensor, Workspace};
+use crate::attitude::filter::seconds;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionMethod;
 use crate::image::scan::{self, Smear};
@@ -126,7 +127,7 @@ impl Sensor<'_> {
     #[inline(never)]
     pub(super) fn reidentify(&mut self, stars: &mut StarRecord) -> bool {
         let limit = self.parameters.identification.log10_false_limit;
-        let mut hypotheses = self.hypotheses().into_iter().flatten();
+        let mut hypotheses = self.hypotheses().into_iter().chain([self.likeliest_now()]).flatten();
         let found = hypotheses.find_map(|former| {
             self.identify_near(&former, limit.max(EXPECTED_LOG10_FALSE))
                 .filter(|(confirmed, log10_false)| *log10_false <= limit || self.is_expected(confirmed))
@@ -134,6 +135,15 @@ impl Sensor<'_> {
         found.is_some_and(|(confirmed, log10_false)| {
             self.take_identified(&confirmed, log10_false, self.now, stars)
         })
+    }
+
+    /// The likeliest attitude of the last search that found none, carried to this second by the rate that
+    /// was told last.
+    #[inline(never)]
+    fn likeliest_now(&self) -> Option<Rotation<Icrs, StarPath>> {
+        let (attitude, image) = self.likeliest?;
+        let Some(rate) = self.turning.rate_at(self.now) else { return Some(attitude) };
+        Some(attitude.turned(&(rate.rad_s * seconds(self.now.us_since(image)))))
     }
 
     /// The image's stars identified near to an attitude.
@@ -178,17 +188,30 @@ impl Sensor<'_> {
                 // To the nearest second: calls are never exactly a second apart.
                 if self.now.us_since(since) + SECOND_US / 2 < patience_us {
                     self.searching_since = Some(since);
-                } else if !of_lines {
+                    return Some(Outcome::Searching);
+                }
+                if !of_lines {
                     self.images_given_up = (doublings + 1).min(MOST_DOUBLINGS);
                 }
+                self.keep_likeliest(since);
                 Some(Outcome::Searching)
             }
-            Progress::NotIdentified(reason) => Some(Outcome::NotIdentified(*reason)),
+            Progress::NotIdentified(reason) => {
+                self.keep_likeliest(since);
+                Some(Outcome::NotIdentified(*reason))
+            }
             Progress::Identified(confirmed, log10_false) => {
                 let taken = self.take_identified(confirmed, *log10_false, since, stars);
                 Some(if taken { Outcome::Identified } else { Outcome::NotIdentified(NotIdentified::NoMatch) })
             }
         }
+    }
+
+    /// Keeps the likeliest attitude of a search that found none in the image of the instant.
+    #[inline(never)]
+    fn keep_likeliest(&mut self, image: LocalTime) {
+        let likeliest = self.workspace.shared.identifier().and_then(|search| search.likeliest().copied());
+        self.likeliest = likeliest.map(|attitude| (attitude, image));
     }
 
     /// Takes the attitude of identified stars of the instant `image`. Where another focal length suits them,

@@ -58,7 +58,7 @@ impl Sensor<'_> {
                 return false;
             }
         }
-        self.former = [Some(attitude), None];
+        (self.former, self.likeliest) = ([Some(attitude), None], None);
         let updated =
             self.motion.as_mut().map(|motion| motion.measurement_update(attitude, sigma_rad, image));
         if updated.is_none_or(|contradicts| self.shuts_rate_sensor_out(contradicts)) {

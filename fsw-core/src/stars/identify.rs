@@ -84,6 +84,10 @@ pub struct Identifier<const CHAINS: usize, const SIDES: usize, const HITS: usize
     /// The base side that the allowance left unfinished.
     open: OpenSide,
     hypotheses: f32,
+    /// The attitude least likely by chance of those that were not accepted, and the common logarithm of that
+    /// chance.
+    likeliest: Option<Rotation<Icrs, StarPath>>,
+    log10_chance: f32,
 }
 
 /// Work of a call and its allowance, catalogue pairs.
@@ -135,6 +139,8 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
             order: SearchOrder::new(),
             open: OpenSide::NONE,
             hypotheses: 0.0,
+            likeliest: None,
+            log10_chance: 0.0,
         }
     }
 
@@ -146,11 +152,18 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         self.order = SearchOrder::new();
         self.open = OpenSide::NONE;
         self.hypotheses = hypotheses;
+        (self.likeliest, self.log10_chance) = (None, 0.0);
     }
 
     /// The best polygons found so far, best first.
     pub fn polygons(&self) -> &[Polygon] {
         self.candidates.polygons()
+    }
+
+    /// The likeliest attitude of those that matched too few stars to be accepted: a hypothesis for the next
+    /// image's stars.
+    pub fn likeliest(&self) -> Option<&Rotation<Icrs, StarPath>> {
+        self.likeliest.as_ref()
     }
 
     /// Number of catalogue hypotheses tried so far.
@@ -369,7 +382,7 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
 
     /// Confirms a polygon.
     fn propose(
-        &self,
+        &mut self,
         polygon: &Polygon,
         field: &StarField,
         parameters: &IdentificationParameters,
@@ -379,6 +392,9 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Identifier<CHAI
         let confirmed = confirm(&attitude, field, tolerance_px)?;
         let log10_false = (confirmed.log10_chance + libm::log10f(self.hypotheses.max(1.0))).min(0.0);
         if log10_false > parameters.log10_false_limit {
+            if confirmed.log10_chance < self.log10_chance {
+                (self.likeliest, self.log10_chance) = (Some(confirmed.attitude), confirmed.log10_chance);
+            }
             return None;
         }
         Some((confirmed, log10_false))
