@@ -25,7 +25,7 @@ const FEWEST_EQUATIONS: usize = 8;
 const MORE_OF_MANY: usize = 2;
 /// The same where the rate of the last image agrees: part of a third streak, one more of many. Two shreds of
 /// cloud agreed with those of the image before in two of 80 flights, three of five in one of 60.
-const FEWEST_REPEATED: usize = 5;
+const FEWEST_REPEATED: usize = 6;
 /// Variance of the difference of two rates, a share of their square, up to which their agreement within 4
 /// sigma is evidence: of two random rates five in a hundred agree so.
 const REPEATED_SHARE: f32 = 0.025;
