@@ -25,7 +25,9 @@ const FEWEST_EQUATIONS: usize = 8;
 const MORE_OF_MANY: usize = 2;
 /// The same where the rate of the last image agrees: part of a third streak, one more of many. Two shreds of
 /// cloud agreed with those of the image before in two of 80 flights, three of five in one of 60.
-const FEWEST_REPEATED: usize = 6;
+const FEWEST_REPEATED: usize = 5;
+/// Fewest streaks of the last image's rate that count as its agreement: with two some rate always agrees.
+const FEWEST_OF_REPEATED: u32 = 3;
 /// Variance of the difference of two rates, a share of their square, up to which their agreement within 4
 /// sigma is evidence: of two random rates five in a hundred agree so.
 const REPEATED_SHARE: f32 = 0.025;
@@ -198,7 +200,8 @@ impl RateComparison {
             let variance = inflated(rate.covariance + last.covariance, change * elapsed_s).trace();
             variance < REPEATED_SHARE * rate.rad_s.norm_squared().max(last.rad_s.norm_squared())
         };
-        let repeats = consistent == Some(true) && last.is_some_and(near);
+        let repeats = consistent == Some(true)
+            && last.is_some_and(|last| last.count() >= FEWEST_OF_REPEATED && near(last));
         Some(Self { rate, last, elapsed_s, change, consistent, repeats })
     }
 
