@@ -1,5 +1,7 @@
 use super::*;
-use crate::earth::test_world::{DARK, GEOMETRY, Picture, World, camera, geostationary, low, parameters};
+use crate::earth::test_world::{
+    DARK, GEOMETRY, Picture, World, camera, even, geostationary, low, narrow, parameters,
+};
 use crate::oracle::{Generator, wide};
 use std::boxed::Box;
 use std::vec::Vec as List;
@@ -191,4 +193,48 @@ fn a_short_buffer_is_the_detectors_error() {
     let mut buffers = Buffers { buffer: &mut [0; 100], points: &mut search::Points::new(), rays: &mut rays };
     let mut picture = Picture { pixels: std::vec![40; GEOMETRY.whole().area()] };
     assert_eq!(acquire(&limb_sensor, &mut picture, &mut buffers), Err(DetectorError::BufferLength));
+}
+
+#[test]
+fn a_dark_sea_before_clouds_is_no_limb() {
+    let world = geostationary(5.0, 3);
+    let (parameters, camera) = (parameters(), camera());
+    let body = world.body(&parameters);
+    let view = View::new(&narrow(&world.centre), &body).unwrap();
+    // An eighth of the limb: clouds up to 14 px inside of it, and beyond them sea without an end.
+    let middle = world.centre / world.centre.z * f64::from(camera.parameters().focal_length_px);
+    let off = |x: f64, y: f64| (x - 639.5 - middle.x, y - 511.5 - middle.y);
+    let hidden = |x: f64, y: f64| {
+        let (x, y) = off(x, y);
+        y.atan2(x).abs() < core::f64::consts::FRAC_PI_8
+    };
+    let limb_px = |[x, y]: [f32; 2]| {
+        let (x, y) = off(x.into(), y.into());
+        x.hypot(y)
+    };
+    let limb = view.limb(&camera, 90.0, (MAX_LIMB_STRIPS, 4), &parameters).points;
+    let radius_px = limb_px(limb[0].at_px);
+    let mut picture = covered(&world, |x, y| {
+        let (dx, dy) = off(x, y);
+        let inside_px = radius_px - 14.0 - dx.hypot(dy);
+        hidden(x, y).then(|| 60.0 + 160.0 / (1.0 + (-inside_px).exp()))
+    });
+    let at_sea = |at: [f32; 2]| hidden(at[0].into(), at[1].into());
+    // Its coast is a good edge by itself.
+    let coasts = limb.iter().filter(|expected| at_sea(expected.at_px)).filter(|expected| {
+        let strip = limb::strip(expected, even(40), &GEOMETRY).unwrap();
+        let mut pixels = std::vec![0; strip.window.area()];
+        picture.read(strip.window, &mut pixels).unwrap();
+        limb::crossing(&pixels, &strip, &GEOMETRY, &parameters).is_some()
+    });
+    assert!(coasts.count() >= 2);
+
+    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters };
+    let (mut points, mut rays) = (search::Points::new(), Box::new(centre::RayBuffer::new()));
+    let mut buffers = Buffers { buffer: &mut [0; 2048], points: &mut points, rays: &mut rays };
+    let variance = limb_sensor.height_variance(&view, 10.0);
+    let strips = limb_sensor.read_strips(&mut picture, &view, &variance, &EVEN_STRIPS, &mut buffers).unwrap();
+    std::println!("{} points of {} strips", points.len(), strips.read);
+    assert!(points.iter().all(|point| !at_sea(point.centre_px)));
+    assert!(points.len() >= 16);
 }

@@ -118,3 +118,29 @@ fn lines_of_any_direction_and_length_give_hardly_ever_a_rate() {
     std::println!("rates of random lines: {rates} in 1,000 images");
     assert!(rates <= 5, "{rates}");
 }
+
+/// Whether an image in which three of four streaks have a rate tells it, after one of `before` streaks that
+/// all have it.
+fn repeats(before: usize, chance: &mut Chance) -> bool {
+    let rate = chance.rate(12.0);
+    let mut image = |having: usize, all: usize| -> std::vec::Vec<(Arc, Mark)> {
+        let of = |number: usize, chance: &mut Chance| {
+            let (star, half) = (chance.star(), 0.5 * EXPOSURE_S);
+            let rate = if number < having { rate } else { chance.rate(12.0) };
+            streak([turned(star, rate, -half), turned(star, rate, half)], chance)
+        };
+        (0..all).map(|number| of(number, chance)).collect()
+    };
+    let (first, second) = (image(before, before), image(3, 4));
+    let mut history = RateHistory::default();
+    told(&mut history, first.into_iter(), true);
+    told(&mut history, second.into_iter(), false).is_some()
+}
+
+#[test]
+fn two_streaks_of_the_last_image_are_no_evidence_and_three_are() {
+    let mut chance = Chance(13);
+    let [two, three] = [2, 3].map(|before| (0..100).filter(|_| repeats(before, &mut chance)).count());
+    std::println!("told after two streaks: {two} of 100, after three: {three}");
+    assert!(two <= 2 && three >= 80, "{two} and {three}");
+}

@@ -272,9 +272,13 @@ fn nothing_is_accepted_above_the_limit_of_false_identification() {
     assert!(matches!(end, Progress::NotIdentified(NotIdentified::NoMatch)), "{end:?}");
     // The candidates tell the operator what was refused.
     assert!(search.polygons()[0].corners.len() >= 4);
+    // The next image's stars are sought near the likeliest.
+    assert!(picture.error_of(search.likeliest().unwrap()).norm() < 1e-3);
     // Asked again, it says the same.
     let again = search.advance(&field, &strict, u32::MAX);
     assert!(matches!(again, Progress::NotIdentified(NotIdentified::NoMatch)));
+    search.restart(0.0);
+    assert!(search.likeliest().is_none());
 }
 
 #[test]
