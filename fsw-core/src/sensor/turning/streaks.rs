@@ -28,7 +28,7 @@ const FEWEST_MIDDLES: usize = 6;
 const UNSEARCHED: u8 = 2;
 /// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
 const COLUMNS_AFTER_SCAN: usize = 2_000;
-const COLUMNS: usize = 8_000;
+const COLUMNS: usize = 7_000;
 
 impl Sensor<'_> {
     /// Measures the streaks in the image.
