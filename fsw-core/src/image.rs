@@ -104,6 +104,8 @@ pub struct Detection {
     pub blended: bool,
     /// It stood in the last scanned image too, moved like the others that did.
     pub repeated: bool,
+    /// Brightness behind it, scaled counts, where its image holds more than a star and noise; else 0.
+    pub backdrop: u16,
 }
 
 impl Detection {

@@ -43,23 +43,30 @@ pub(crate) fn most_alike<T: Copy>(list: &[T], are_alike: impl Fn(T, T) -> bool) 
     })
 }
 
-/// Distances of the elements that [`sort_numbers`] compares, from pass to pass (Ciura 2001).
+/// Distances of the elements that [`sort_unstable`] compares, from pass to pass (Ciura 2001).
 const GAPS: [usize; 5] = [57, 23, 10, 4, 1];
 
-/// Orders numbers, least first (Shell 1959): of 64 a third of the comparisons of [`sort`].
+/// Orders a list (Shell 1959), equal elements in any order: of 64 elements a third of the comparisons of
+/// [`sort`].
 #[inline]
-pub(crate) fn sort_numbers<T: PartialOrd>(numbers: &mut [T]) {
+pub(crate) fn sort_unstable<T>(list: &mut [T], comes_before: impl Fn(&T, &T) -> bool) {
     for gap in GAPS {
-        for last in gap..numbers.len() {
+        for last in gap..list.len() {
             let mut at = last;
-            while let Some([before, .., after]) = numbers.get_mut(at.wrapping_sub(gap)..=at)
-                && *after < *before
+            while let Some([before, .., after]) = list.get_mut(at.wrapping_sub(gap)..=at)
+                && comes_before(after, before)
             {
                 core::mem::swap(before, after);
                 at -= gap;
             }
         }
     }
+}
+
+/// Orders numbers, least first.
+#[inline]
+pub(crate) fn sort_numbers<T: PartialOrd>(numbers: &mut [T]) {
+    sort_unstable(numbers, |one, other| one < other);
 }
 
 #[cfg(test)]

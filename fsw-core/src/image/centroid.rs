@@ -96,7 +96,9 @@ impl MeasuredSpot {
         let (x_q16, y_q16) = ((x << 16) + dx, (y << 16) + dy);
         let way_px = hypotenuse(moved_px[0], moved_px[1]);
         let drawn_px = if way_px >= LEAST_DRAWN_PX && !centre.misfits { way_px as u8 } else { 0 };
-        let spot = Detection { x_q16, y_q16, sigma_q16: (sigma_px * ONE_PX) as i32, drawn_px, ..self.spot };
+        let backdrop = if centre.all_is_star { 0 } else { window.level(x as usize, y as usize) as u16 };
+        let sigma_q16 = (sigma_px * ONE_PX) as i32;
+        let spot = Detection { x_q16, y_q16, sigma_q16, drawn_px, backdrop, ..self.spot };
         Some((spot, centre))
     }
 }
@@ -145,6 +147,7 @@ pub fn measure(
         drawn_px: 0,
         blended: false,
         repeated: false,
+        backdrop: 0,
     };
     Some(MeasuredSpot { spot, floor: floor_sum as f32 / floor_count as f32, slope_per_flux })
 }

@@ -8,6 +8,9 @@ use super::smear::{Evidence, Smear};
 use fsw_hal::DetectorError;
 use heapless::Vec;
 
+/// Error of a spot whose image holds more than a star, over the brightness behind it above the sky's and over
+/// its flux, px: a cloud of the Earth, seen through the star path, draws it along. Of 231 in 120 flights.
+const GROUND_PX: f32 = 1.5;
 /// Spots kept of an image.
 pub const MAX_DETECTIONS: usize = 96;
 
@@ -170,8 +173,26 @@ impl Detections {
         self.settle();
     }
 
-    /// Once all of an image's spots are in: sorts them by [`Detection::rank`].
+    /// Doubts the spots before uneven ground, once.
+    #[inline(never)]
+    fn doubt_ground(&mut self) {
+        let sky = self.evidence.sky();
+        for spot in &mut self.spots {
+            let brighter = i32::from(spot.backdrop) - sky;
+            if brighter > 0 {
+                let doubted = spot.doubted(GROUND_PX * brighter as f32 / spot.flux.max(1) as f32);
+                *spot = Detection { backdrop: 0, ..doubted };
+            }
+        }
+    }
+
+    /// Once all of an image's spots are in: doubts those before uneven ground, and sorts them by
+    /// [`Detection::rank`].
     pub(crate) fn settle(&mut self) {
-        crate::order::sort(&mut self.spots, |a, b| a.rank() < b.rank());
+        self.doubt_ground();
+        crate::order::sort_unstable(&mut self.spots, |a, b| a.rank() < b.rank());
     }
 }
+
+#[cfg(test)]
+mod tests;

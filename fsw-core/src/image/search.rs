@@ -135,14 +135,15 @@ impl<'w> Conditioned<'w> {
         let again = at_once.is_none();
         // An image that is not round has its brightest pixel beside the middle of its brightest nine.
         let seen = at_once.or_else(|| look(window.brightest_near(x, y)));
-        let Some((at, measured)) = seen else {
+        let Some((at, mut measured)) = seen else {
             if around == 0 && is_streak(&window, x, y) {
                 detections.evidence().note_streak(self.on_detector([x, y]), self.residuals.level(x, y));
             }
             return true;
         };
         let extended = measured.spot.core_flux < HILL_FACTOR * around;
-        let shape = shape(&window, &mut patch, &Detection { extended, ..measured.spot });
+        measured.spot.extended = extended;
+        let shape = shape(&window, &mut patch, &measured.spot);
         if !again && matches!(shape, Shape::Star(Detection { drawn_px: 0, .. })) {
             allowance.give_back(SECOND_LOOK_CYCLES);
         }
@@ -158,10 +159,11 @@ impl<'w> Conditioned<'w> {
                 let misfits = fitted.as_ref().is_some_and(|(_, centre)| centre.misfits);
                 // A faint one counts where its shape and its fit say the same.
                 let looks_drawn = star.drawn_px > 0;
-                let star = fitted.map_or(star, |(star, _)| star);
+                let mut star = fitted.map_or(star, |(star, _)| star);
                 let [x, y] = self.origin.map(|at| i32::from(at) << 16);
                 let clear = star.flux > CLEAR_SIGMAS * window.sigma || looks_drawn && star.drawn_px > 0;
-                let star = Detection { x_q16: star.x_q16 + x, y_q16: star.y_q16 + y, ..star };
+                star.x_q16 += x;
+                star.y_q16 += y;
                 if detections.insert(star) {
                     let background = self.residuals.level(at[0], at[1]);
                     detections.evidence().note_spot(&star, background, clear, misfits);

@@ -113,6 +113,11 @@ impl Evidence {
         }
     }
 
+    /// Brightness of sky that is as dark as the darkest behind a spot, at most, scaled counts.
+    pub(super) fn sky(&self) -> i32 {
+        FULL_SCALE - self.darkness + SAME_SKY
+    }
+
     /// Spots in the open sky that are drawn out whole.
     pub(super) fn drawn(&self) -> u32 {
         self.drawn

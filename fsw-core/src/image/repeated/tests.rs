@@ -14,6 +14,7 @@ fn spot([x, y]: [f64; 2], brightness: i32) -> Detection {
         drawn_px: 0,
         blended: false,
         repeated: false,
+        backdrop: 0,
     }
 }
 

@@ -16,6 +16,7 @@ fn spot(drawn_px: u8) -> Detection {
         drawn_px,
         blended: false,
         repeated: false,
+        backdrop: 0,
     }
 }
 
