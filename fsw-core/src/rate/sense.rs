@@ -26,8 +26,6 @@ const MORE_OF_MANY: usize = 2;
 /// The same where the rate of the last image agrees: part of a third streak, one more of many. Two shreds of
 /// cloud agreed with those of the image before in two of 80 flights, three of five in one of 60.
 const FEWEST_REPEATED: usize = 5;
-/// Fewest streaks of the last image's rate that count as its agreement: with two some rate always agrees.
-const FEWEST_OF_REPEATED: u32 = 3;
 /// Variance of the difference of two rates, a share of their square, up to which their agreement within 4
 /// sigma is evidence: of two random rates five in a hundred agree so.
 const REPEATED_SHARE: f32 = 0.025;
@@ -67,6 +65,8 @@ pub struct RateHistory {
     pub marks: Vec<Mark, MAX_MARKS>,
     /// Rate by the streaks of that image, of the more likely sense.
     streaks: Option<RateFit>,
+    /// Whether more streaks of that image agree with it than do not: with two of many some rate always does.
+    agreed: bool,
     /// Natural logarithm of the odds of this sense over the opposite one.
     sense: f32,
     /// Mean rate up to that image from the one before, if there was one.
@@ -145,6 +145,7 @@ impl RateHistory {
         self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
         self.change = observed.map_or(before.change, |_| Some(change));
         self.streaks = Some(decision.rate);
+        self.agreed = 2 * (whole + cut) > arcs.len();
         // The last image's rate counts only if its sense was known, or if its agreement is evidence by
         // itself.
         let known = before.sense >= SENSE_KNOWN;
@@ -200,8 +201,7 @@ impl RateComparison {
             let variance = inflated(rate.covariance + last.covariance, change * elapsed_s).trace();
             variance < REPEATED_SHARE * rate.rad_s.norm_squared().max(last.rad_s.norm_squared())
         };
-        let repeats = consistent == Some(true)
-            && last.is_some_and(|last| last.count() >= FEWEST_OF_REPEATED && near(last));
+        let repeats = consistent == Some(true) && before.agreed && last.is_some_and(near);
         Some(Self { rate, last, elapsed_s, change, consistent, repeats })
     }
 

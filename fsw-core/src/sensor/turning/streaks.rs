@@ -23,7 +23,7 @@ pub(super) const MAX_STREAKS: usize = MAX_ARCS;
 /// What lies so near to a streak is the same line, px.
 pub(super) const SAME_PX: f32 = 6.0;
 /// Fewest whole streaks whose stars are sought without a hypothesis.
-const FEWEST_MIDDLES: usize = 6;
+const FEWEST_MIDDLES: usize = 7;
 /// After a search without a hypothesis so many images with lines begin none.
 const UNSEARCHED: u8 = 2;
 /// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
