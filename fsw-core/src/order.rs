@@ -43,6 +43,17 @@ pub(crate) fn most_alike<T: Copy>(list: &[T], are_alike: impl Fn(T, T) -> bool) 
     })
 }
 
+/// The two least of two in order and another value, in order.
+pub(crate) fn two_least<T: PartialOrd>([first, second]: [T; 2], value: T) -> [T; 2] {
+    if value < first {
+        [value, first]
+    } else if value < second {
+        [first, value]
+    } else {
+        [first, second]
+    }
+}
+
 /// Distances of the elements that [`sort_unstable`] compares, from pass to pass (Ciura 2001).
 const GAPS: [usize; 5] = [57, 23, 10, 4, 1];
 

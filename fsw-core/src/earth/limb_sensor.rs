@@ -14,6 +14,7 @@ use super::view::{PHASES, View};
 use super::{Body, EarthFix, EarthParameters, FitCriteria, LimbPoint, MAX_LIMB_POINTS};
 use super::{FitError, Strips, limb, search};
 use crate::camera::Camera;
+use crate::order::two_least;
 use fsw_hal::{Detector, DetectorError};
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -165,12 +166,7 @@ type SidesOfStrips = Vec<(f32, f32), MAX_LIMB_POINTS>;
 /// defective strip does no harm.
 #[inline(never)]
 fn keep_before_space(points: &mut search::Points, sides: &SidesOfStrips) {
-    let mut least = [f32::INFINITY; 2];
-    for (dark, _) in sides {
-        let [first, second] = least;
-        least = [first.min(*dark), second.min(first.max(*dark))];
-    }
-    let [_, space] = least;
+    let [_, space] = sides.iter().fold([f32::INFINITY; 2], |least, (dark, _)| two_least(least, *dark));
     let mut sides = sides.iter();
     points.retain(|_| sides.next().is_some_and(|(dark, bright)| dark - space <= SPACE_SHARE * bright));
 }

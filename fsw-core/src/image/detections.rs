@@ -170,29 +170,26 @@ impl Detections {
         for spot in &mut self.spots {
             spot.repeated = is_repeated(spot);
         }
-        self.settle();
-    }
-
-    /// Doubts the spots before uneven ground, once.
-    #[inline(never)]
-    fn doubt_ground(&mut self) {
-        let sky = self.evidence.sky();
-        for spot in &mut self.spots {
-            let brighter = i32::from(spot.backdrop) - sky;
-            if brighter > 0 {
-                let doubted = spot.doubted(GROUND_PX * brighter as f32 / spot.flux.max(1) as f32);
-                *spot = Detection { backdrop: 0, ..doubted };
-            }
-        }
+        self.sort();
     }
 
     /// Once all of an image's spots are in: doubts those before uneven ground, and sorts them by
     /// [`Detection::rank`].
     pub(crate) fn settle(&mut self) {
-        self.doubt_ground();
+        let sky = self.evidence.sky();
+        for spot in &mut self.spots {
+            let brighter = i32::from(spot.backdrop) - sky;
+            if brighter > 0 {
+                *spot = spot.doubted(GROUND_PX * brighter as f32 / spot.flux.max(1) as f32);
+            }
+        }
+        self.sort();
+    }
+
+    fn sort(&mut self) {
         crate::order::sort_unstable(&mut self.spots, |a, b| a.rank() < b.rank());
     }
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

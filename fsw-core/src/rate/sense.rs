@@ -145,18 +145,18 @@ impl RateHistory {
         self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
         self.change = observed.map_or(before.change, |_| Some(change));
         self.streaks = Some(decision.rate);
-        self.agreed = 2 * (whole + cut) > arcs.len();
         // The last image's rate counts only if its sense was known, or if its agreement is evidence by
         // itself.
         let known = before.sense >= SENSE_KNOWN;
         let (agreeing, equations) = (whole + cut, 2 * whole + cut);
+        // More arcs must agree than do not: of many lines some agree by chance, those of an Earth that hardly
+        // moves from image to image with the same rate.
+        self.agreed = 2 * agreeing > arcs.len();
         let more = if agreeing + 1 >= arcs.len() { 0 } else { MORE_OF_MANY };
         let alone = equations >= FEWEST_EQUATIONS + more && !(known && compared.consistent == Some(false));
         let known = known && compared.is_consistent();
         let repeated = known || compared.repeats && equations >= FEWEST_REPEATED + more;
-        // More arcs must agree than do not: of many lines some agree by chance, those of an Earth that hardly
-        // moves from image to image with the same rate.
-        let agreed = 2 * agreeing > arcs.len() && (alone || repeated);
+        let agreed = self.agreed && (alone || repeated);
         let confirmed = decision.mean.is_some() && (known || hypotheses.chance < MAX_CHANCE_MATCHES);
         (confirmed || agreed).then_some(StreakRate {
             estimate: estimate.0,

@@ -1,6 +1,7 @@
 //! Dark level and noise of an image and of its lines, from their darkest blocks.
 
 use super::{FINE_SHIFT, for_each_line};
+use crate::order::two_least;
 use fsw_hal::{Detector, DetectorError};
 
 /// Lines of a search from one that is read to the next.
@@ -45,8 +46,7 @@ pub(in crate::earth) fn sky_level(
     let mut least = [BRIGHTEST_BLOCK; 2];
     for_each_line(detector, buffer, [step / 2, step.saturating_mul(LINES)], |_, _, _, pixels| {
         let (of_line, _) = darkest_block(pixels);
-        let [first, second] = least;
-        least = [first.min(of_line), second.min(first.max(of_line))];
+        least = two_least(least, of_line);
         Ok(())
     })?;
     let [_, sum] = least;

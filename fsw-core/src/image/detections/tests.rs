@@ -1,20 +1,23 @@
 use super::*;
 
+/// A bright round spot in the open sky.
+pub const SPOT: Detection = Detection {
+    x_q16: 0,
+    y_q16: 0,
+    flux: 20_000,
+    core_flux: 10_000,
+    sigma_q16: 3000,
+    saturated: false,
+    extended: false,
+    drawn_px: 0,
+    blended: false,
+    repeated: false,
+    backdrop: 0,
+};
+
 /// A spot at a column, of a sigma of 0.03 px.
 fn spot(x: i32, backdrop: u16) -> Detection {
-    Detection {
-        x_q16: x << 16,
-        y_q16: 100 << 16,
-        flux: 8000,
-        core_flux: 6000,
-        sigma_q16: 1966,
-        saturated: false,
-        extended: false,
-        drawn_px: 0,
-        blended: false,
-        repeated: false,
-        backdrop,
-    }
+    Detection { x_q16: x << 16, flux: 8000, sigma_q16: 1966, backdrop, ..SPOT }
 }
 
 #[test]

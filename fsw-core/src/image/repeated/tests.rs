@@ -1,4 +1,5 @@
 use super::*;
+use crate::image::detections::tests::SPOT;
 use crate::oracle::Generator;
 use std::vec::Vec as List;
 
@@ -9,12 +10,7 @@ fn spot([x, y]: [f64; 2], brightness: i32) -> Detection {
         flux: brightness,
         core_flux: brightness,
         sigma_q16: 6000,
-        saturated: false,
-        extended: false,
-        drawn_px: 0,
-        blended: false,
-        repeated: false,
-        backdrop: 0,
+        ..SPOT
     }
 }
 

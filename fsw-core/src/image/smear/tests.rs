@@ -1,23 +1,12 @@
 use super::*;
+use crate::image::detections::tests::SPOT;
 
 const DARK: i32 = 300;
 const LIT: i32 = DARK + 3 * SAME_SKY;
 
 /// A round star, or one that is drawn out.
 fn spot(drawn_px: u8) -> Detection {
-    Detection {
-        x_q16: 0,
-        y_q16: 0,
-        flux: 20_000,
-        core_flux: 10_000,
-        sigma_q16: 3000,
-        saturated: false,
-        extended: false,
-        drawn_px,
-        blended: false,
-        repeated: false,
-        backdrop: 0,
-    }
+    Detection { drawn_px, ..SPOT }
 }
 
 /// Adds round stars, drawn ones and streaks against one background.
