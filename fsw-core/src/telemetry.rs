@@ -128,18 +128,18 @@ pub struct AttitudeReport {
 /// On what a rate rests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RateSource {
-    /// The streaks of this second's image, their ends and the exposure.
+    /// The streaks of the image, their ends and the exposure.
     Streaks,
-    /// The stars of this image and the last that was scanned, none of them identified.
+    /// The stars of the image and the last that was scanned, none of them identified.
     Images,
-    /// Streaks, and their way from the last image to this one.
+    /// Streaks, and their way from the last image to the image.
     Both,
 }
 
-/// A rate that needed no attitude.
+/// A rate that needed no attitude, of this second's image or of that whose search goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateReport {
-    /// Of the star path against the stars, in its own frame, at the instant of the image, rad/s.
+    /// Of the star path against the stars, in its own frame, at the second's instant, rad/s.
     pub rad_s: [f32; 3],
     /// Standard deviations about x, y, z, rad/s.
     pub sigma_rad_s: [f32; 3],

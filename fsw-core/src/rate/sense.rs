@@ -74,6 +74,8 @@ pub struct RateHistory {
     /// By how much the rate changes in a second, one sigma about every axis, rad/s; `None` until two mean
     /// rates were compared.
     change: Option<Vector3<f32>>,
+    /// By how much it may change in a second, one sigma about every axis, rad/s.
+    possible: Option<Vector3<f32>>,
     /// The rate that was found, where its sense was known.
     known: Option<Estimate>,
 }
@@ -100,6 +102,12 @@ impl RateHistory {
     /// The rate by the last image, where its sense was known.
     pub fn known_rate(&self) -> Option<&Vector3<f32>> {
         self.known.as_ref().map(|(rate, _)| rate)
+    }
+
+    /// By how much the rate of the last image's streaks may change in a second, one sigma about every axis,
+    /// rad/s; `None` of stars.
+    pub fn possible_change(&self) -> Option<&Vector3<f32>> {
+        self.possible.as_ref()
     }
 
     /// Update by the stars of an image, `elapsed_s` after the last one (`None` if not comparable). Returns
@@ -144,6 +152,7 @@ impl RateHistory {
         self.known = sure.then_some(estimate.0);
         self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
         self.change = observed.map_or(before.change, |_| Some(change));
+        self.possible = Some(change);
         self.streaks = Some(decision.rate);
         // The last image's rate counts only if its sense was known, or if its agreement is evidence by
         // itself.

@@ -69,7 +69,7 @@ pub(super) struct Turning {
     /// Instant of the image.
     taken: LocalTime,
     /// The rate that was told last, its sense being known, and the instant of its image.
-    told: Option<(Rate, LocalTime)>,
+    told: Option<(RateReport, LocalTime)>,
     /// What to do with the next one.
     next: Next,
     /// The stars that are identified, or were last, are the middles of lines.
@@ -152,14 +152,25 @@ impl Turning {
         streaks.retain(|streak| !before.iter().any(|middle_px| streak.holds(*middle_px, SAME_PX)));
     }
 
-    /// The rate at an instant, by the one told last and what it may have changed since. `None` where that was
-    /// too long ago.
-    pub(super) fn rate_at(&self, instant: LocalTime) -> Option<Rate> {
-        let (rate, told_at) = self.told?;
+    /// The rate at an instant, by the one told last and what it may have changed since: in a second by so much
+    /// about every axis, one sigma, rad/s. `None` where that was too long ago.
+    fn told_at(&self, instant: LocalTime, change: &Vector3<f32>) -> Option<RateReport> {
+        let (report, told_at) = self.told?;
         let elapsed_s = libm::fabsf(seconds(instant.us_since(told_at)));
-        let change = free_body_change(&rate.rad_s) * elapsed_s;
-        let sigma_rad_s = rate.sigma_rad_s.map(|sigma| hypotenuse(sigma, change));
-        (elapsed_s <= BETWEEN_S.1).then_some(Rate { rad_s: rate.rad_s, sigma_rad_s })
+        let sigma_rad_s = Vector3::from(report.sigma_rad_s).zip_map(&(change * elapsed_s), hypotenuse);
+        (elapsed_s <= BETWEEN_S.1).then_some(RateReport { sigma_rad_s: sigma_rad_s.into(), ..report })
+    }
+
+    /// The same of a free body.
+    pub(super) fn rate_at(&self, instant: LocalTime) -> Option<Rate> {
+        let change = free_body_change(&self.told?.0.rad_s.into());
+        self.told_at(instant, &Vector3::repeat(change)).as_ref().map(rate_of)
+    }
+
+    /// The rate that the last image's streaks told, at an instant at which its search goes on.
+    fn rate_under_search(&self, instant: LocalTime) -> Option<RateReport> {
+        self.told.filter(|(_, told_at)| *told_at == self.taken)?;
+        self.told_at(instant, self.history.possible_change()?).filter(says_enough)
     }
 
     /// Whether the stars that are identified are the middles of lines.
@@ -217,6 +228,9 @@ impl Sensor<'_> {
             _ => {}
         }
         self.take_rate(stars.rate.as_ref());
+        if !new_image && outcome != Some(Outcome::Identified) {
+            stars.rate = self.turning.rate_under_search(self.now);
+        }
         Ok(())
     }
 
@@ -292,11 +306,11 @@ impl Sensor<'_> {
     /// which begins with the next attitude.
     fn take_rate(&mut self, report: Option<&RateReport>) {
         let Some(report) = report.filter(|report| !report.either_sense) else { return };
-        let rate = Rate { rad_s: report.rad_s.into(), sigma_rad_s: report.sigma_rad_s.into() };
+        let rate = rate_of(report);
         if let Some(motion) = &mut self.motion {
             motion.measurement_update_rate(&rate, self.now);
         }
-        self.turning.told = Some((rate, self.now));
+        self.turning.told = Some((*report, self.now));
     }
 
     /// What the room of the rate needs to know of the camera.
@@ -379,10 +393,7 @@ impl Sensor<'_> {
     }
 }
 
-/// A rate as it is reported; `None` where it says too little: its standard deviation is above
-/// [`LARGEST_SHARE`] of it, as that of a rate of which one component is open (a single streak, or streaks
-/// that all lie together). One from two images may be slow, and then known to a part of a pixel a second
-/// only.
+/// A rate as it is reported; `None` where it says too little.
 #[inline(never)]
 fn rate_report(
     (rate, covariance): Estimate,
@@ -391,15 +402,28 @@ fn rate_report(
     stars: u32,
 ) -> Option<RateReport> {
     let sigma = covariance.diagonal().map(|variance| libm::sqrtf(variance.max(0.0)));
-    let size = rate.norm();
-    let known = sigma.norm() < LARGEST_SHARE * size || source == RateSource::Images && size.is_finite();
-    known.then(|| RateReport {
+    let report = RateReport {
         rad_s: rate.into(),
         sigma_rad_s: sigma.into(),
         source,
         either_sense,
         stars: stars.min(u8::MAX.into()) as u8,
-    })
+    };
+    Some(report).filter(says_enough)
+}
+
+/// Whether the standard deviation of a rate is below [`LARGEST_SHARE`] of it. That of a rate of which one
+/// component is open (a single streak, or streaks that all lie together) is not. One from two images may be
+/// slow, and then known to a part of a pixel a second only.
+fn says_enough(report: &RateReport) -> bool {
+    let Rate { rad_s, sigma_rad_s } = rate_of(report);
+    let size = rad_s.norm();
+    sigma_rad_s.norm() < LARGEST_SHARE * size || report.source == RateSource::Images && size.is_finite()
+}
+
+/// A rate that was reported, as the filter takes it.
+fn rate_of(report: &RateReport) -> Rate {
+    Rate { rad_s: report.rad_s.into(), sigma_rad_s: report.sigma_rad_s.into() }
 }
 
 #[cfg(test)]

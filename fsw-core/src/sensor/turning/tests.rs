@@ -69,12 +69,23 @@ fn an_image_that_gave_an_attitude_is_followed_by_one_of_its_exposure_and_one_tha
     assert!(turning.divisor() <= 1);
 }
 
+/// After an image that told 0.03 rad/s about y.
+fn told(at: LocalTime) -> Turning {
+    let report = RateReport {
+        rad_s: [0.0, 0.03, 0.0],
+        sigma_rad_s: [1e-4; 3],
+        source: RateSource::Both,
+        either_sense: false,
+        stars: 5,
+    };
+    Turning { told: Some((report, at)), taken: at, ..Turning::default() }
+}
+
 #[test]
 fn a_rate_that_was_told_serves_an_attitude_for_four_seconds_its_sigma_growing() {
     let at = |seconds: i64| LocalTime::from_us(seconds * 1_000_000);
     assert!(Turning::default().rate_at(at(10)).is_none());
-    let rate = Rate { rad_s: Vector3::new(0.0, 0.03, 0.0), sigma_rad_s: Vector3::repeat(1e-4) };
-    let mut turning = Turning { told: Some((rate, at(10))), ..Turning::default() };
+    let mut turning = told(at(10));
     for (second, sigma) in [(10, 1e-4), (11, 2.06e-4), (13, 5.49e-4)] {
         let rate = turning.rate_at(at(second)).unwrap();
         assert_eq!(rate.rad_s.y, 0.03);
@@ -83,4 +94,19 @@ fn a_rate_that_was_told_serves_an_attitude_for_four_seconds_its_sigma_growing() 
     assert!(turning.rate_at(at(15)).is_none());
     turning.keep_exposure();
     assert!(turning.rate_at(at(11)).is_none());
+}
+
+#[test]
+fn while_its_search_goes_on_an_image_tells_its_rate_as_far_as_a_slew_leaves_it_known() {
+    let at = |seconds: i64| LocalTime::from_us(seconds * 1_000_000);
+    let report = told(at(10)).told_at(at(12), &Vector3::new(1e-3, 2e-3, 0.0)).unwrap();
+    assert_eq!((report.rad_s, report.source, report.stars), ([0.0, 0.03, 0.0], RateSource::Both, 5));
+    for (sigma, expected) in report.sigma_rad_s.into_iter().zip([2.0025e-3, 4.0012e-3, 1e-4]) {
+        assert!((sigma - expected).abs() < 1e-6, "{sigma}");
+    }
+    // One that may have changed by two fifths of itself says too little.
+    assert!(says_enough(&report));
+    assert!(!says_enough(&told(at(10)).told_at(at(12), &Vector3::repeat(4e-3)).unwrap()));
+    // An image whose streaks gave none has none.
+    assert!(Turning { taken: at(11), ..told(at(10)) }.rate_under_search(at(12)).is_none());
 }
