@@ -37,6 +37,7 @@ mod exposing;
 mod forecasting;
 mod freshness;
 mod magnetism;
+mod motion;
 mod orbit;
 mod outage;
 mod propagation;
@@ -47,7 +48,6 @@ mod tracking;
 mod turning;
 mod workspace;
 
-use crate::attitude::filter::Filter;
 use crate::camera::Camera;
 use crate::camera::focal_length::FocalLength;
 use crate::catalog::Catalogue;
@@ -68,6 +68,7 @@ use fsw_hal::detector::ByKind;
 use fsw_hal::{
     Clock, Detector, DetectorError, Error, LocalTime, Magnetometer, RateSensor, Shutter, Stage, StageMeter,
 };
+use motion::Motion;
 use propagation::Ephemeris;
 use record::{Events, Record, StarRecord};
 use scrubbing::{Scrubber, Seal, Spare};
@@ -144,10 +145,9 @@ pub struct Sensor<'c> {
     exposure_us: u32,
     /// Whether the catalogue's stars are corrected for aberration.
     aberration_corrected: bool,
-    motion: Option<Filter<2>>,
-    /// The attitude measured last, and that predicted when it was lost: hypotheses for the stars, nothing
-    /// that is told.
-    former: [Option<Rotation<Icrs, StarPath>>; 2],
+    motion: Motion,
+    /// The attitude measured last: a hypothesis for the stars, nothing that is told.
+    former: Option<Rotation<Icrs, StarPath>>,
     /// The likeliest attitude of the last search that found none, and the instant of its image: a hypothesis
     /// too.
     likeliest: Option<(Rotation<Icrs, StarPath>, LocalTime)>,
@@ -236,8 +236,8 @@ impl<'c> Sensor<'c> {
             now: LocalTime::default(),
             exposure_us: 0,
             aberration_corrected: false,
-            motion: None,
-            former: [None; 2],
+            motion: Motion::default(),
+            former: None,
             likeliest: None,
             orbit: OrbitFilter::new(),
             shutting: Shutting::default(),
@@ -311,8 +311,8 @@ impl<'c> Sensor<'c> {
     }
 
     fn forget_attitude(&mut self) {
-        self.motion = None;
-        self.former = [None; 2];
+        self.motion = Motion::default();
+        self.former = None;
         self.likeliest = None;
         self.searching_since = None;
         self.turning.forget();
@@ -322,16 +322,16 @@ impl<'c> Sensor<'c> {
     /// Attitudes near to which the stars are sought first: the last one measured, and the one predicted by
     /// the rate.
     fn hypotheses(&self) -> [Option<Rotation<Icrs, StarPath>>; 2] {
-        let [measured, lost] = self.former;
-        let carried = self.motion.as_ref().and_then(|motion| motion.at(self.now));
-        [measured, carried.map(|(attitude, _)| attitude).or(lost)]
+        let carried = self.motion.any().and_then(|motion| motion.at(self.now));
+        [self.former, carried.map(|(attitude, _)| attitude)]
     }
 
     /// As [`Self::forget_attitude`], but stars are first sought where the attitude would have them.
     fn lose_attitude(&mut self) {
-        let former = self.hypotheses();
+        let (motion, former) = (self.motion, self.former);
         self.forget_attitude();
-        self.former = former;
+        (self.motion, self.former) = (motion, former);
+        self.motion.lose();
     }
 
     fn forget_orbit(&mut self) {
@@ -428,7 +428,7 @@ impl<'c> Sensor<'c> {
             }
             (_, Image::Blinded) => self.propagate_only(Some(Outcome::Blinded), stars),
             _ if !self.shutting.open().star() => self.propagate_only(Some(Outcome::StarPathShut), stars),
-            (Mode::Acquisition, _) => self.acquire_or_turn(detector, meter, stars)?,
+            (Mode::Acquisition, _) => self.acquire_or_turn(detector, meter, ephemeris, stars)?,
             (Mode::Tracking | Mode::Eclipse, _) => {
                 stars.activity = Activity::StarTracking;
                 stars.outcome = Some(self.track(detector, meter, ephemeris, stars)?);

@@ -58,8 +58,9 @@ impl Sensor<'_> {
     /// Lost in space: scan, then identify, near to the attitude known last if there is one. A search that
     /// needs longer goes on with the same image, for [`FIRST_PATIENCE_US`] at first: hits and false stars of
     /// the next image are others. Each image given up doubles the time of the next, up to [`MOST_DOUBLINGS`]
-    /// times, so that a search that truly needs long comes to its end. `None` where the search begins anew in
-    /// the next second.
+    /// times, so that a search that truly needs long comes to its end; none does while
+    /// [`Self::track_again`] may find the stars of the next image. `None` where the search begins anew in the
+    /// next second.
     #[inline(never)]
     pub(super) fn acquire(
         &mut self,
@@ -122,16 +123,11 @@ impl Sensor<'_> {
         self.search_stars(scanned, stars)
     }
 
-    /// Whether the stars are found near to the attitude known last; takes the new one. Where the filter
-    /// expects it, weaker evidence is enough.
+    /// Whether the stars are found near to the attitude known last; takes the new one.
     #[inline(never)]
     pub(super) fn reidentify(&mut self, stars: &mut StarRecord) -> bool {
-        let limit = self.parameters.identification.log10_false_limit;
         let mut hypotheses = self.hypotheses().into_iter().chain([self.likeliest_now()]).flatten();
-        let found = hypotheses.find_map(|former| {
-            self.identify_near(&former, limit.max(EXPECTED_LOG10_FALSE))
-                .filter(|(confirmed, log10_false)| *log10_false <= limit || self.is_expected(confirmed))
-        });
+        let found = hypotheses.find_map(|former| self.find_near(&former, self.camera.area_px()));
         found.is_some_and(|(confirmed, log10_false)| {
             self.take_identified(&confirmed, log10_false, self.now, stars)
         })
@@ -146,14 +142,28 @@ impl Sensor<'_> {
         Some(attitude.turned(&(rate.rad_s * seconds(self.now.us_since(image)))))
     }
 
-    /// The image's stars identified near to an attitude.
+    /// The stars found in so many pixels identified near to an attitude. Where the filter expects the new one,
+    /// weaker evidence is enough.
+    pub(super) fn find_near(
+        &self,
+        former: &Rotation<Icrs, StarPath>,
+        searched_px: f32,
+    ) -> Option<(Confirmed, f32)> {
+        let limit = self.parameters.identification.log10_false_limit;
+        self.identify_near(former, searched_px, limit.max(EXPECTED_LOG10_FALSE))
+            .filter(|(confirmed, log10_false)| *log10_false <= limit || self.is_expected(confirmed))
+    }
+
+    /// The stars found in so many pixels identified near to an attitude.
     #[inline(never)]
     fn identify_near(
         &self,
         former: &Rotation<Icrs, StarPath>,
+        searched_px: f32,
         log10_false_limit: f32,
     ) -> Option<(Confirmed, f32)> {
-        let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
+        let measured = &self.workspace.measured;
+        let field = StarField::windows(measured, &self.catalogue, &self.camera, searched_px)
             .without(self.workspace.detections.unread_px())
             .calibrated(self.calibration.as_ref());
         reidentify(former, &field, &self.parameters.identification, log10_false_limit)
@@ -183,7 +193,8 @@ impl Sensor<'_> {
             Progress::Searching => {
                 // The few stars of lines are found in a second or not at all.
                 let of_lines = self.turning.is_of_lines();
-                let doublings = if of_lines { 0 } else { self.images_given_up };
+                let again = self.gate_again_px().is_some();
+                let doublings = if of_lines || again { 0 } else { self.images_given_up };
                 let patience_us = (FIRST_PATIENCE_US << doublings) - SECOND_US;
                 // To the nearest second: calls are never exactly a second apart.
                 if self.now.us_since(since) + SECOND_US / 2 < patience_us {
@@ -234,7 +245,9 @@ impl Sensor<'_> {
         self.refine_focal_length(&confirmed.focal_ratio, image);
         self.workspace.take_measured(&self.camera, None, 0.0);
         let limit = self.parameters.identification.log10_false_limit;
-        let Some((mut again, log10_false)) = self.identify_near(&confirmed.attitude, limit) else {
+        let Some((mut again, log10_false)) =
+            self.identify_near(&confirmed.attitude, self.camera.area_px(), limit)
+        else {
             return false;
         };
         // What the image shows of it is taken already.

@@ -58,15 +58,18 @@ impl Sensor<'_> {
                 return false;
             }
         }
-        (self.former, self.likeliest) = ([Some(attitude), None], None);
+        (self.former, self.likeliest) = (Some(attitude), None);
+        if self.motion.any().is_some_and(|motion| motion.expects(&attitude, &sigma_rad, image)) {
+            self.motion = self.motion.trusted();
+        }
         let updated =
             self.motion.as_mut().map(|motion| motion.measurement_update(attitude, sigma_rad, image));
         if updated.is_none_or(|contradicts| self.shuts_rate_sensor_out(contradicts)) {
             let begun = Filter::new(attitude, sigma_rad, image);
-            self.motion = Some(match self.turning.rate_at(image) {
-                Some(rate) => begun.with_rate(&rate),
-                None => begun,
-            });
+            self.motion = match self.turning.rate_at(image) {
+                Some(rate) => begun.with_rate(&rate).into(),
+                None => begun.into(),
+            };
         }
         if matches!(age, Age::New) {
             self.verify(solved);
@@ -136,17 +139,19 @@ impl Sensor<'_> {
     /// Whether the attitude predicted for the next second is within the gate about predicted stars, at three
     /// sigma.
     pub(super) fn prediction_is_within_gate(&self) -> bool {
-        let gate_rad = f32::from(self.parameters.tracking.gate_px) * self.camera.rad_per_px();
-        // Roll moves a star by its distance from the line of sight.
+        let off_px =
+            self.motion.as_ref().and_then(|motion| self.three_sigma_px(motion, self.now.plus_us(SECOND_US)));
+        off_px.is_some_and(|off_px| off_px < f32::from(self.parameters.tracking.gate_px))
+    }
+
+    /// Three sigma of where a filter predicts a star in the corner at an instant, px; `None` where it predicts
+    /// none that could be tracked. Roll moves a star by its distance from the line of sight.
+    pub(super) fn three_sigma_px(&self, motion: &Filter<2>, instant: LocalTime) -> Option<f32> {
         let [right, bottom] = self.camera.middle_px();
-        let lever = libm::sqrtf(right * right + bottom * bottom) * self.camera.rad_per_px();
-        if self.is_too_fast_to_track() {
-            return false;
-        }
-        let next = self.motion.as_ref().and_then(|motion| motion.at(self.now.plus_us(SECOND_US)));
-        next.is_some_and(|(_, [x, y, z])| {
-            3.0 * libm::sqrtf(x * x + y * y + (lever * z) * (lever * z)) < gate_rad
-        })
+        let rad_per_px = self.camera.rad_per_px();
+        let lever = libm::sqrtf(right * right + bottom * bottom) * rad_per_px;
+        let (_, [x, y, z]) = motion.at(instant).filter(|_| !self.is_too_fast_to_track(motion))?;
+        Some(3.0 * libm::sqrtf(x * x + y * y + (lever * z) * (lever * z)) / rad_per_px)
     }
 
     /// Sigmas of an attitude with the errors that turn all stars alike, which no star of the image shows: the

@@ -85,7 +85,7 @@ impl Sensor<'_> {
 
     /// By what the exposure is divided where the filter's rate would draw stars out.
     fn tracking_divisor(&self) -> u8 {
-        let drawn_px = self.drawn_px();
+        let drawn_px = self.motion.as_ref().map_or(0.0, |motion| self.drawn_px(motion));
         if drawn_px > GREATEST_SCANNED_PX { short_divisor(drawn_px) } else { 1 }
     }
 

@@ -79,7 +79,7 @@ impl Sensor<'_> {
         let Some((seen, reference, sigma_rad)) = self.magnetic_direction(field) else { return };
         let measured = self.mounting().inverse().apply(&seen);
         let averaged_ut = self.magnetism.averaged_sigma_ut(errors, field.sigma_ut);
-        let (now, Some(motion)) = (self.now, &mut self.motion) else { return };
+        let (now, Some(motion)) = (self.now, self.motion.as_mut()) else { return };
         let Some((attitude, carried_rad)) = motion.at(now) else { return };
         let across_rad = sigma_across(carried_rad, measured.vector());
         let off = measured.vector().cross(attitude.apply(&reference).vector());

@@ -17,7 +17,7 @@ impl Sensor<'_> {
     /// In a Sun outage the filter's state is propagated every second: no step is longer, whatever the outage
     /// lasts.
     pub(super) fn propagate_in_outage(&mut self, mode: Mode) {
-        if let (Mode::SunOutage, Some(motion)) = (mode, &mut self.motion) {
+        if let (Mode::SunOutage, Some(motion)) = (mode, self.motion.as_mut()) {
             motion.propagate(self.now, None);
         }
     }

@@ -85,7 +85,9 @@ impl Sensor<'_> {
     /// Whether the rate sensor is asked: the parameters have one that is not shut out, and there is an
     /// attitude to propagate.
     pub(super) fn needs_rate(&self) -> bool {
-        self.parameters.rate_sensor.is_some() && self.motion.is_some() && !self.rate_sensor_is_shut_out()
+        self.parameters.rate_sensor.is_some()
+            && self.motion.as_ref().is_some()
+            && !self.rate_sensor_is_shut_out()
     }
 
     /// Whether so many attitudes in a row contradicted the rate sensor that it is not asked anymore.
@@ -107,7 +109,7 @@ impl Sensor<'_> {
     /// that can serve, by the last rate. Returns why there is none.
     #[inline(never)]
     pub(super) fn propagate_gyro(&mut self, reading: Reading) -> Option<ReadingFault> {
-        let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, &mut self.motion) else {
+        let (Some(noise), Some(motion)) = (self.parameters.rate_sensor, self.motion.as_mut()) else {
             return None;
         };
         let reading = usable(reading, self.now);

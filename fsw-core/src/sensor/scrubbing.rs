@@ -19,6 +19,7 @@
 //! twice.
 
 use super::Sensor;
+use super::motion::Motion;
 use super::record::Events;
 use super::timekeeping::Timekeeper;
 use crate::attitude::filter::Filter;
@@ -162,7 +163,7 @@ impl Sensor<'_> {
             self.shutting.command(None);
         }
         if self.attitude_sum() != self.seal.attitude {
-            self.motion = None;
+            self.motion = Motion::default();
             self.lose_attitude();
             self.enter_damaged(self.modes.with_new_parameters(), events);
         }
@@ -207,7 +208,7 @@ impl Sensor<'_> {
     }
 
     fn attitude_sum(&self) -> u32 {
-        self.motion.as_ref().map_or(0, Filter::word_sum)
+        self.motion.any().map_or(0, Filter::word_sum)
     }
 
     /// Notes what the next second has to find, and the orbit as it is told.

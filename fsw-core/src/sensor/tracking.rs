@@ -13,11 +13,11 @@ use crate::image::matched::LEAST_WAY_PX;
 use crate::image::scan::Smear;
 use crate::image::turn::Turn;
 use crate::order::fill;
-use crate::plan::{self, MAX_STAR_WINDOWS};
+use crate::plan::{self, MAX_GATE_PX, MAX_STAR_WINDOWS};
 use crate::stars::confirm::{Confirmed, confirm_among, match_predicted_stars};
 use crate::stars::predict::{MAX_FIELD_STARS, Predicted, field_stars};
 use crate::stars::{StarField, direction_after, row_delay_s};
-use crate::telemetry::Outcome;
+use crate::telemetry::{Activity, Outcome};
 use crate::trigonometry::hypotenuse;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Stage, StageMeter, Window};
 use heapless::Vec;
@@ -48,6 +48,8 @@ struct Expectation {
     attitude: Rotation<Icrs, StarPath>,
     stars: Vec<Predicted, MAX_FIELD_STARS>,
     windows: Vec<Window, MAX_STAR_WINDOWS>,
+    /// Windows that something bright does not fill.
+    clear_windows: usize,
 }
 
 impl Sensor<'_> {
@@ -60,19 +62,9 @@ impl Sensor<'_> {
         ephemeris: Option<&Ephemeris>,
         stars: &mut StarRecord,
     ) -> Result<Outcome, DetectorError> {
-        meter.begin(Stage::Predict);
-        let expectation = self.expect_stars(ephemeris, &detector.geometry());
-        meter.end(Stage::Predict);
+        let gate_px = self.parameters.tracking.gate_px;
+        let expectation = self.look(detector, meter, (ephemeris, gate_px))?;
         let Some(expectation) = expectation else { return Ok(Outcome::Lost) };
-        meter.begin(Stage::Windows);
-        let method = DetectionMethod {
-            parameters: &self.parameters.detection,
-            calibration: self.calibration.as_ref(),
-            turn: self.turn_in_exposure(),
-        };
-        let read = self.workspace.read_windows(detector, &expectation.windows, &method);
-        meter.end(Stage::Windows);
-        let blank = read?;
         let smear = self.workspace.detections.smear(FEWEST_STREAKS);
         match smear {
             Smear::Points | Smear::Blurred => {}
@@ -85,12 +77,71 @@ impl Sensor<'_> {
         meter.end(Stage::Confirm);
         if let (Smear::Blurred, Some(confirmed)) = (smear, &mut confirmed) {
             self.widen_by_blur(&mut confirmed.sigma_rad);
-            if let Some(motion) = &mut self.motion {
+            if let Some(motion) = self.motion.as_mut() {
                 motion.expect_change();
             }
         }
-        let clear_windows = expectation.windows.len().saturating_sub(blank);
-        Ok(self.follow(confirmed.as_ref(), clear_windows, stars))
+        Ok(self.follow(confirmed.as_ref(), expectation.clear_windows, stars))
+    }
+
+    /// In acquisition: whether windows where the filter, or one that was lost, predicts stars show them, and
+    /// hardly by chance. Among clouds windows show stars that a scan takes for texture.
+    #[inline(never)]
+    pub(super) fn track_again(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
+        ephemeris: Option<&Ephemeris>,
+        stars: &mut StarRecord,
+    ) -> Result<bool, DetectorError> {
+        let Some(gate_px) = self.gate_again_px() else { return Ok(false) };
+        let expectation = self.look(detector, meter, (ephemeris, gate_px))?;
+        let Some(Expectation { attitude, windows, .. }) = &expectation else { return Ok(false) };
+        if self.workspace.detections.smear(FEWEST_STREAKS) != Smear::Points {
+            return Ok(false);
+        }
+        self.measure_windows(stars);
+        meter.begin(Stage::Confirm);
+        let found = self.find_near(attitude, plan::searched_px(windows));
+        meter.end(Stage::Confirm);
+        let taken = found.is_some_and(|(confirmed, log10_false)| {
+            self.measurement_update(&confirmed, log10_false, self.now, stars)
+        });
+        if taken {
+            self.images_given_up = 0;
+            (stars.activity, stars.outcome) = (Activity::StarTracking, Some(Outcome::Tracked));
+        }
+        Ok(taken)
+    }
+
+    /// The gate that holds three sigma of what the filter predicts, or the one that was lost, px; `None` where
+    /// that is more than windows may have.
+    pub(super) fn gate_again_px(&self) -> Option<u16> {
+        let off_px = self.motion.any().and_then(|motion| self.three_sigma_px(motion, self.now))?;
+        (off_px < f32::from(MAX_GATE_PX)).then(|| self.parameters.tracking.gate_px.max(off_px as u16 + 1))
+    }
+
+    /// Reads windows about the stars of the predicted attitude; `None` without one.
+    fn look(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        meter: &mut impl StageMeter,
+        (ephemeris, gate_px): (Option<&Ephemeris>, u16),
+    ) -> Result<Option<Expectation>, DetectorError> {
+        meter.begin(Stage::Predict);
+        let expectation = self.expect_stars(ephemeris, &detector.geometry(), gate_px);
+        meter.end(Stage::Predict);
+        let Some(mut expectation) = expectation else { return Ok(None) };
+        meter.begin(Stage::Windows);
+        let method = DetectionMethod {
+            parameters: &self.parameters.detection,
+            calibration: self.calibration.as_ref(),
+            turn: self.turn_in_exposure(),
+        };
+        let read = self.workspace.read_windows(detector, &expectation.windows, &method);
+        meter.end(Stage::Windows);
+        expectation.clear_windows = expectation.windows.len().saturating_sub(read?);
+        Ok(Some(expectation))
     }
 
     /// The stars of the predicted attitude, and windows about those that the Earth does not hide, about all
@@ -100,9 +151,9 @@ impl Sensor<'_> {
         &self,
         ephemeris: Option<&Ephemeris>,
         geometry: &DetectorGeometry,
+        gate_px: u16,
     ) -> Option<Expectation> {
-        let gate_px = self.parameters.tracking.gate_px;
-        let (attitude, _) = self.motion.as_ref()?.at(self.now)?;
+        let (attitude, _) = self.motion.any()?.at(self.now)?;
         let mut stars = field_stars(&self.catalogue, &self.camera, &attitude)?;
         self.delay_rows(&mut stars, &attitude);
         // A shut Earth path hides nothing.
@@ -124,13 +175,13 @@ impl Sensor<'_> {
         if windows.len() < usize::from(self.parameters.tracking.fewest_stars) {
             windows = plan::star_windows(&stars, geometry, gate_px, |_| false);
         }
-        Some(Expectation { attitude, stars, windows })
+        Some(Expectation { attitude, stars, windows, clear_windows: 0 })
     }
 
     /// Moves predicted stars to where they are at the time of their rows.
     fn delay_rows(&self, predicted: &mut [Predicted], attitude: &Rotation<Icrs, StarPath>) {
         let row_time_s = self.row_time_s();
-        let rate = self.motion.as_ref().and_then(Filter::rate).filter(|_| row_time_s > 0.0);
+        let rate = self.motion.any().and_then(Filter::rate).filter(|_| row_time_s > 0.0);
         let Some(rate) = rate else { return };
         for place in predicted {
             let later_s = row_delay_s(&self.camera, place.centre_px, row_time_s);
@@ -175,7 +226,7 @@ impl Sensor<'_> {
     /// Turns the spots of the windows into measured stars.
     #[inline(never)]
     fn measure_windows(&mut self, stars: &mut StarRecord) {
-        let rate_rad_s = self.motion.as_ref().and_then(Filter::rate).map(|rate| rate.rad_s);
+        let rate_rad_s = self.motion.any().and_then(Filter::rate).map(|rate| rate.rad_s);
         self.workspace.take_measured(&self.camera, rate_rad_s.as_ref(), self.row_time_s());
         stars.count(self.workspace.measured.len(), &self.workspace.detections);
     }
@@ -183,7 +234,7 @@ impl Sensor<'_> {
     /// The measured stars matched with the expected ones. Matching begins with twice the tolerance: with the
     /// whole gate.
     fn confirm(&self, expectation: &Expectation) -> Option<Confirmed> {
-        let Expectation { attitude, stars, windows } = expectation;
+        let Expectation { attitude, stars, windows, .. } = expectation;
         let measured = &self.workspace.measured;
         let field = StarField::windows(measured, &self.catalogue, &self.camera, plan::searched_px(windows))
             .without(self.workspace.detections.unread_px())
@@ -207,7 +258,7 @@ impl Sensor<'_> {
                 if taken { Outcome::Tracked } else { Outcome::Lost }
             }
             _ => self.follow_few(clear_windows, stars).unwrap_or_else(|| {
-                if let Some(motion) = &mut self.motion {
+                if let Some(motion) = self.motion.as_mut() {
                     motion.contradict(self.now);
                 }
                 Outcome::Lost
@@ -224,7 +275,7 @@ impl Sensor<'_> {
     /// Whether an attitude of this second is within three sigma of what the filter expects.
     pub(super) fn is_expected(&self, confirmed: &Confirmed) -> bool {
         let Confirmed { attitude, sigma_rad, .. } = confirmed;
-        self.motion.as_ref().is_some_and(|motion| motion.expects(attitude, sigma_rad, self.now))
+        self.motion.any().is_some_and(|motion| motion.expects(attitude, sigma_rad, self.now))
     }
 
     /// Too few stars, or too weak a match, for an attitude of their own: each that is where the filter
@@ -232,7 +283,7 @@ impl Sensor<'_> {
     /// place, the attitude is lost: a single spot may be anything.
     #[inline(never)]
     fn follow_few(&mut self, clear_windows: usize, stars: &mut StarRecord) -> Option<Outcome> {
-        let mut motion = self.motion?;
+        let mut motion = *self.motion.as_ref()?;
         let (attitude, _) = motion.at(self.now)?;
         let field = StarField::whole(&self.workspace.measured, &self.catalogue, &self.camera)
             .calibrated(self.calibration.as_ref());
@@ -241,7 +292,7 @@ impl Sensor<'_> {
         if few.is_empty() || 2 * few.len() < clear_windows {
             return None;
         }
-        self.motion = Some(motion);
+        self.motion = motion.into();
         stars.solution = self.propagated(false);
         stars.solution?;
         fill(&mut stars.matches, few.iter().map(|(found, _)| *found));

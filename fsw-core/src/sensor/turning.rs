@@ -12,6 +12,7 @@
 mod streaks;
 
 use super::Sensor;
+use super::propagation::Ephemeris;
 use super::record::StarRecord;
 use crate::attitude::filter::{Filter, Rate, free_body_change, seconds};
 use crate::image::streaks::Streak;
@@ -203,6 +204,7 @@ impl Sensor<'_> {
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
+        ephemeris: Option<&Ephemeris>,
         stars: &mut StarRecord,
     ) -> Result<(), DetectorError> {
         let new_image = self.searching_since.is_none();
@@ -211,6 +213,10 @@ impl Sensor<'_> {
             meter.begin(Stage::Identify);
             self.identify_lines(stars);
             meter.end(Stage::Identify);
+            return Ok(());
+        }
+        if new_image && self.track_again(detector, meter, ephemeris, stars)? {
+            self.turning.keep_exposure();
             return Ok(());
         }
         stars.activity = Activity::StarSearch;
@@ -307,7 +313,7 @@ impl Sensor<'_> {
     fn take_rate(&mut self, report: Option<&RateReport>) {
         let Some(report) = report.filter(|report| !report.either_sense) else { return };
         let rate = rate_of(report);
-        if let Some(motion) = &mut self.motion {
+        if let Some(motion) = self.motion.as_mut() {
             motion.measurement_update_rate(&rate, self.now);
         }
         self.turning.told = Some((*report, self.now));
@@ -350,17 +356,15 @@ impl Sensor<'_> {
             + libm::fabsf(rate.z) * 0.5 * hypotenuse(width, height)
     }
 
-    /// How far the filter's rate draws the fastest star out in the parameters' exposure, px; 0 without a
-    /// rate.
-    pub(super) fn drawn_px(&self) -> f32 {
+    /// How far a filter's rate draws the fastest star out in the parameters' exposure, px; 0 without a rate.
+    pub(super) fn drawn_px(&self, motion: &Filter<2>) -> f32 {
         let exposure_s = self.parameters.imaging.exposure_us as f32 * 1e-6;
-        let rate = self.motion.as_ref().and_then(Filter::rate);
-        rate.map_or(0.0, |rate| self.farthest_px(&(rate.rad_s * exposure_s)))
+        motion.rate().map_or(0.0, |rate| self.farthest_px(&(rate.rad_s * exposure_s)))
     }
 
-    /// Whether by the filter's rate stars are lines even in the shortest exposure.
-    pub(super) fn is_too_fast_to_track(&self) -> bool {
-        self.drawn_px() > GREATEST_SCANNED_PX * LARGEST_SCAN_DIVISOR
+    /// Whether by a filter's rate stars are lines even in the shortest exposure.
+    pub(super) fn is_too_fast_to_track(&self, motion: &Filter<2>) -> bool {
+        self.drawn_px(motion) > GREATEST_SCANNED_PX * LARGEST_SCAN_DIVISOR
     }
 
     /// After a scan whose stars were not identified: the rate from the stars of the last image, and what to

@@ -56,7 +56,7 @@ fn state(sensor: &Sensor) -> String {
         sensor.timekeeper,
         sensor.orbit,
         (sensor.fixed_us, sensor.converged, sensor.earth_misses, sensor.searching_since),
-        sensor.motion.is_some(),
+        sensor.motion.as_ref().is_some(),
         sensor.images_given_up,
         sensor.shutting,
     )

@@ -60,7 +60,7 @@ impl Sensor<'_> {
             Looked::Found(fix) => self.direction_to_earth(&by_orbit, fix, &path),
             _ => None,
         };
-        if let (Some(seen), Some(motion)) = (seen, &mut self.motion) {
+        if let (Some(seen), Some(motion)) = (seen, self.motion.as_mut()) {
             let across_rad = sigma_across(sigma_rad, seen.measured.vector());
             let off = seen.measured.vector().cross(rotation.apply(&seen.reference).vector());
             if off.norm() > CONTRADICTION * seen.sigma_rad.max(across_rad) {

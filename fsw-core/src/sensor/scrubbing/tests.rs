@@ -137,13 +137,13 @@ fn a_damaged_mode_is_entered_anew_and_a_damaged_correlation_is_no_step_of_the_cl
 #[test]
 fn a_damaged_attitude_is_forgotten_and_acquired_anew_near_to_the_one_measured_last() {
     with_sensor(|sensor| {
-        (sensor.motion, sensor.former) = (Some(attitude(0.1)), [Some(unturned()), None]);
+        (sensor.motion, sensor.former) = (attitude(0.1).into(), Some(unturned()));
         sensor.seal(None);
         assert!(scrubbed(sensor).is_empty());
-        assert!(sensor.motion.is_some());
-        sensor.motion = Some(attitude(0.2));
+        assert!(sensor.motion.as_ref().is_some());
+        sensor.motion = attitude(0.2).into();
         assert_eq!(scrubbed(sensor), [Event::Mode(Mode::Acquisition, Guard::MemoryDamaged)]);
-        assert!(sensor.motion.is_none() && sensor.former[0].is_some());
+        assert!(sensor.motion.any().is_none() && sensor.former.is_some());
         assert!(scrubbed(sensor).is_empty());
     });
 }
