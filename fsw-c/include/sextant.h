@@ -216,7 +216,7 @@ enum sextant_mode
      */
     SEXTANT_MODE_SELF_TEST = 0,
     /**
-     * The whole detector is scanned and its stars identified without a prior.
+     * Stars are identified: in windows where a filter still predicts them, else in the whole image.
      */
     SEXTANT_MODE_ACQUISITION = 1,
     /**
@@ -266,7 +266,7 @@ enum sextant_outcome
      */
     SEXTANT_OUTCOME_SELF_TEST_PASSED = 1,
     /**
-     * Stars were identified without prior knowledge.
+     * Stars were identified, without prior knowledge or near to an attitude known before: hardly by chance.
      */
     SEXTANT_OUTCOME_IDENTIFIED = 2,
     /**

@@ -28,7 +28,7 @@ pub enum Mode {
     /// Detector and clock are tested before their data are used.
     #[default]
     SelfTest = 0,
-    /// The whole detector is scanned and its stars identified without a prior.
+    /// Stars are identified: in windows where a filter still predicts them, else in the whole image.
     Acquisition = 1,
     /// Windows about predicted stars and about the Earth's limb are read.
     Tracking = 2,
@@ -52,7 +52,7 @@ pub enum Outcome {
     None = 0,
     /// The self-test passed.
     SelfTestPassed = 1,
-    /// Stars were identified without prior knowledge.
+    /// Stars were identified, without prior knowledge or near to an attitude known before: hardly by chance.
     Identified = 2,
     /// The search goes on in the next second with the same image.
     Searching = 3,

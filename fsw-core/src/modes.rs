@@ -48,7 +48,7 @@ pub enum Mode {
     /// Detector and clock are tested before their data are used.
     #[default]
     SelfTest,
-    /// The whole detector is scanned and its stars identified without a prior.
+    /// Stars are identified: in windows where a filter still predicts them, else in the whole image.
     Acquisition,
     /// Windows about predicted stars and about the Earth's limb are read.
     Tracking,
@@ -108,8 +108,8 @@ parameter_group! {
             "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
              1e6";
         /// Least time from a loss of tracking, a blinded image or the end of safe mode until acquisition
-        /// ends: it goes on identifying stars in whole images. What lost them, a slew or a gyro that is
-        /// wrong, may lose them again.
+        /// ends: it goes on identifying stars as hardly chance would. What lost them, a slew or a gyro that
+        /// is wrong, may lose them again.
         dwell_s: u16 = 10, 1..=600, "s",
             "chosen: no three changes of mode within 10 s for want of stars";
         /// Time of faults in a row, without an attitude, before safe mode.

@@ -56,7 +56,7 @@ pub enum Activity {
     StarSearch,
     /// The whole image was searched for streaks.
     StreakSearch,
-    /// Predicted stars were followed in windows.
+    /// Predicted stars were sought in windows.
     StarTracking,
     /// Attitude and orbit were propagated only: the detector is or was blinded, or the image was not used.
     Propagation,
@@ -67,7 +67,7 @@ pub enum Activity {
 pub enum Outcome {
     /// The self-test passed.
     SelfTestPassed,
-    /// Stars were identified without prior knowledge.
+    /// Stars were identified, without prior knowledge or near to an attitude known before: hardly by chance.
     Identified,
     /// The search goes on in the next second with the same image.
     Searching,

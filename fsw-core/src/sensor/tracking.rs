@@ -109,16 +109,17 @@ impl Sensor<'_> {
         });
         if taken {
             self.images_given_up = 0;
-            (stars.activity, stars.outcome) = (Activity::StarTracking, Some(Outcome::Tracked));
+            (stars.activity, stars.outcome) = (Activity::StarTracking, Some(Outcome::Identified));
         }
         Ok(taken)
     }
 
-    /// The gate that holds three sigma of what the filter predicts, or the one that was lost, px; `None` where
-    /// that is more than windows may have.
+    /// The gate that holds three sigma of what the filter predicts, or one that was lost, px; as wide as
+    /// windows may have it where that is one sigma at least, else `None`.
     pub(super) fn gate_again_px(&self) -> Option<u16> {
         let off_px = self.motion.any().and_then(|motion| self.three_sigma_px(motion, self.now))?;
-        (off_px < f32::from(MAX_GATE_PX)).then(|| self.parameters.tracking.gate_px.max(off_px as u16 + 1))
+        let gate_px = self.parameters.tracking.gate_px.max(off_px as u16 + 1).min(MAX_GATE_PX);
+        (off_px < 3.0 * f32::from(MAX_GATE_PX)).then_some(gate_px)
     }
 
     /// Reads windows about the stars of the predicted attitude; `None` without one.

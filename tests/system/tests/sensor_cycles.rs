@@ -188,7 +188,7 @@ fn a_covered_sky_is_lost_then_reacquired_by_itself() {
     );
     assert_eq!(reports[8].mode, Mode::Tracking);
     assert_eq!(reports[9].mode, Mode::Acquisition, "after three seconds without an attitude");
-    // What was lost once is identified in whole images for nine seconds before it is tracked again.
+    // What was lost once is identified, as hardly by chance, for nine seconds before it is tracked again.
     assert!(reports[13..18].iter().all(|report| report.outcome == Some(Outcome::Identified)));
     assert_eq!(reports[20].outcome, Some(Outcome::Tracked));
 }
