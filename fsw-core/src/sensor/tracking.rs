@@ -101,9 +101,9 @@ impl Sensor<'_> {
             return Ok(false);
         }
         self.measure_windows(stars);
-        meter.begin(Stage::Confirm);
+        meter.begin(Stage::Identify);
         let found = self.find_near(attitude, plan::searched_px(windows));
-        meter.end(Stage::Confirm);
+        meter.end(Stage::Identify);
         let taken = found.is_some_and(|(confirmed, log10_false)| {
             self.measurement_update(&confirmed, log10_false, self.now, stars)
         });
