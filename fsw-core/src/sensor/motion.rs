@@ -34,6 +34,11 @@ impl Motion {
         self.filter.as_ref()
     }
 
+    /// Sum of its words, and whether it is trusted.
+    pub(super) fn word_sum(&self) -> u32 {
+        self.filter.as_ref().map_or(0, Filter::word_sum).wrapping_add(u32::from(self.lost))
+    }
+
     /// Trusts it no longer.
     pub(super) fn lose(&mut self) {
         self.lost = true;

@@ -22,7 +22,6 @@ use super::Sensor;
 use super::motion::Motion;
 use super::record::Events;
 use super::timekeeping::Timekeeper;
-use crate::attitude::filter::Filter;
 use crate::camera::Camera;
 use crate::checksum::SlicedCrc32;
 use crate::earth::ground::UsualGround;
@@ -162,7 +161,7 @@ impl Sensor<'_> {
         if self.shutting != self.seal.shutting {
             self.shutting.command(None);
         }
-        if self.attitude_sum() != self.seal.attitude {
+        if self.motion.word_sum() != self.seal.attitude {
             self.motion = Motion::default();
             self.lose_attitude();
             self.enter_damaged(self.modes.with_new_parameters(), events);
@@ -207,10 +206,6 @@ impl Sensor<'_> {
         events.note(Event::Mode(mode, Guard::MemoryDamaged));
     }
 
-    fn attitude_sum(&self) -> u32 {
-        self.motion.any().map_or(0, Filter::word_sum)
-    }
-
     /// Notes what the next second has to find, and the orbit as it is told.
     pub(super) fn seal(&mut self, told: Option<&OrbitReport>) {
         let worst = |sigmas: [f32; 3]| sigmas.into_iter().fold(0.0, f32::max);
@@ -219,7 +214,7 @@ impl Sensor<'_> {
             sigmas: [worst(told.sigma_position_km), worst(told.sigma_velocity_km_s)],
         });
         self.seal = Seal {
-            attitude: self.attitude_sum(),
+            attitude: self.motion.word_sum(),
             orbit: self.orbit.word_sum(),
             told,
             usual_ground: self.usual_ground.word_sum(),

@@ -1,4 +1,5 @@
 use super::*;
+use crate::attitude::filter::Filter;
 use crate::camera::{CameraParameters, Distortion, Projection};
 use crate::catalog::{Catalogue, sample};
 use crate::command::{Command, CommandOutcome, Refusal};
@@ -145,6 +146,12 @@ fn a_damaged_attitude_is_forgotten_and_acquired_anew_near_to_the_one_measured_la
         assert_eq!(scrubbed(sensor), [Event::Mode(Mode::Acquisition, Guard::MemoryDamaged)]);
         assert!(sensor.motion.any().is_none() && sensor.former.is_some());
         assert!(scrubbed(sensor).is_empty());
+        // One that was lost is not trusted again by an upset.
+        sensor.motion = attitude(0.1).into();
+        sensor.motion.lose();
+        sensor.seal(None);
+        sensor.motion = sensor.motion.trusted();
+        assert_eq!(scrubbed(sensor), [Event::Mode(Mode::Acquisition, Guard::MemoryDamaged)]);
     });
 }
 
