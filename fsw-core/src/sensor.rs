@@ -311,12 +311,8 @@ impl<'c> Sensor<'c> {
     }
 
     fn forget_attitude(&mut self) {
-        self.motion = Motion::default();
-        self.former = None;
-        self.likeliest = None;
-        self.searching_since = None;
-        self.turning.forget();
-        self.images_given_up = 0;
+        self.lose_attitude();
+        (self.motion, self.former) = (Motion::default(), None);
     }
 
     /// Attitudes near to which the stars are sought first: the last one measured, and the one predicted by
@@ -328,10 +324,11 @@ impl<'c> Sensor<'c> {
 
     /// As [`Self::forget_attitude`], but stars are first sought where the attitude would have them.
     fn lose_attitude(&mut self) {
-        let (motion, former) = (self.motion, self.former);
-        self.forget_attitude();
-        (self.motion, self.former) = (motion, former);
         self.motion.lose();
+        self.likeliest = None;
+        self.searching_since = None;
+        self.turning.forget();
+        self.images_given_up = 0;
     }
 
     fn forget_orbit(&mut self) {

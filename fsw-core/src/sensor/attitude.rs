@@ -59,9 +59,7 @@ impl Sensor<'_> {
             }
         }
         (self.former, self.likeliest) = (Some(attitude), None);
-        if self.motion.any().is_some_and(|motion| motion.expects(&attitude, &sigma_rad, image)) {
-            self.motion = self.motion.trusted();
-        }
+        self.motion.trust_again(&attitude, &sigma_rad, image);
         let updated =
             self.motion.as_mut().map(|motion| motion.measurement_update(attitude, sigma_rad, image));
         if updated.is_none_or(|contradicts| self.shuts_rate_sensor_out(contradicts)) {

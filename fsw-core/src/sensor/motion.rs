@@ -4,6 +4,8 @@
 //! that it expects makes it trusted again.
 
 use crate::attitude::filter::Filter;
+use crate::frames::{Icrs, Rotation, StarPath};
+use fsw_hal::LocalTime;
 
 /// The filter, if there is one.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,8 +46,16 @@ impl Motion {
         self.lost = true;
     }
 
-    /// The same filter, trusted.
-    pub(super) fn trusted(&self) -> Self {
-        Self { lost: false, ..*self }
+    /// Trusts one that was lost again where it expects this attitude of an instant.
+    pub(super) fn trust_again(
+        &mut self,
+        attitude: &Rotation<Icrs, StarPath>,
+        sigma_rad: &[f32; 3],
+        instant: LocalTime,
+    ) {
+        let filter = self.filter.as_ref().filter(|_| self.lost);
+        if filter.is_some_and(|filter| filter.expects(attitude, sigma_rad, instant)) {
+            self.lost = false;
+        }
     }
 }

@@ -48,8 +48,6 @@ struct Expectation {
     attitude: Rotation<Icrs, StarPath>,
     stars: Vec<Predicted, MAX_FIELD_STARS>,
     windows: Vec<Window, MAX_STAR_WINDOWS>,
-    /// Windows that something bright does not fill.
-    clear_windows: usize,
 }
 
 impl Sensor<'_> {
@@ -63,8 +61,8 @@ impl Sensor<'_> {
         stars: &mut StarRecord,
     ) -> Result<Outcome, DetectorError> {
         let gate_px = self.parameters.tracking.gate_px;
-        let expectation = self.look(detector, meter, (ephemeris, gate_px))?;
-        let Some(expectation) = expectation else { return Ok(Outcome::Lost) };
+        let looked = self.look(detector, meter, (ephemeris, gate_px))?;
+        let Some((expectation, clear_windows)) = looked else { return Ok(Outcome::Lost) };
         let smear = self.workspace.detections.smear(FEWEST_STREAKS);
         match smear {
             Smear::Points | Smear::Blurred => {}
@@ -81,7 +79,7 @@ impl Sensor<'_> {
                 motion.expect_change();
             }
         }
-        Ok(self.follow(confirmed.as_ref(), expectation.clear_windows, stars))
+        Ok(self.follow(confirmed.as_ref(), clear_windows, stars))
     }
 
     /// In acquisition: whether windows where the filter, or one that was lost, predicts stars show them, and
@@ -95,8 +93,8 @@ impl Sensor<'_> {
         stars: &mut StarRecord,
     ) -> Result<bool, DetectorError> {
         let Some(gate_px) = self.gate_again_px() else { return Ok(false) };
-        let expectation = self.look(detector, meter, (ephemeris, gate_px))?;
-        let Some(Expectation { attitude, windows, .. }) = &expectation else { return Ok(false) };
+        let looked = self.look(detector, meter, (ephemeris, gate_px))?;
+        let Some((Expectation { attitude, windows, .. }, _)) = &looked else { return Ok(false) };
         if self.workspace.detections.smear(FEWEST_STREAKS) != Smear::Points {
             return Ok(false);
         }
@@ -122,17 +120,18 @@ impl Sensor<'_> {
         (off_px < 3.0 * f32::from(MAX_GATE_PX)).then_some(gate_px)
     }
 
-    /// Reads windows about the stars of the predicted attitude; `None` without one.
+    /// Reads windows about the stars of the predicted attitude; `None` without one. Beside what was expected,
+    /// how many of the windows something bright does not fill.
     fn look(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         meter: &mut impl StageMeter,
         (ephemeris, gate_px): (Option<&Ephemeris>, u16),
-    ) -> Result<Option<Expectation>, DetectorError> {
+    ) -> Result<Option<(Expectation, usize)>, DetectorError> {
         meter.begin(Stage::Predict);
         let expectation = self.expect_stars(ephemeris, &detector.geometry(), gate_px);
         meter.end(Stage::Predict);
-        let Some(mut expectation) = expectation else { return Ok(None) };
+        let Some(expectation) = expectation else { return Ok(None) };
         meter.begin(Stage::Windows);
         let method = DetectionMethod {
             parameters: &self.parameters.detection,
@@ -141,8 +140,8 @@ impl Sensor<'_> {
         };
         let read = self.workspace.read_windows(detector, &expectation.windows, &method);
         meter.end(Stage::Windows);
-        expectation.clear_windows = expectation.windows.len().saturating_sub(read?);
-        Ok(Some(expectation))
+        let clear_windows = expectation.windows.len().saturating_sub(read?);
+        Ok(Some((expectation, clear_windows)))
     }
 
     /// The stars of the predicted attitude, and windows about those that the Earth does not hide, about all
@@ -176,7 +175,7 @@ impl Sensor<'_> {
         if windows.len() < usize::from(self.parameters.tracking.fewest_stars) {
             windows = plan::star_windows(&stars, geometry, gate_px, |_| false);
         }
-        Some(Expectation { attitude, stars, windows, clear_windows: 0 })
+        Some(Expectation { attitude, stars, windows })
     }
 
     /// Moves predicted stars to where they are at the time of their rows.

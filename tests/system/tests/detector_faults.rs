@@ -2,13 +2,13 @@
 //!
 //! Every fault of the scenario `geo-faults` in turn, flown through the traits.
 
+use crate::flights::member;
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::ImageFault;
-use sil_host::campaign::family::Family;
 use sil_host::harness;
 use sil_host::harness::faults::{Fault, FaultKind};
 use sil_host::scenario::Scenario;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Seconds allowed from the end of a fault to the next attitude.
 const RECOVERY_S: u32 = 10;
@@ -124,10 +124,8 @@ fn an_old_image_that_is_disturbed_on_its_way_is_no_attitude() {
 fn an_attitude_lost_in_noise_above_an_earth_at_twilight_is_known_again_once_the_noise_ends() {
     // Clouds fill the image: a scan takes nearly all stars for texture. Before windows were read where the lost
     // filter predicts stars, flights 0 and 27 had no attitude for more than half a minute.
-    let family = |name: &str| PathBuf::from("../families").join(name);
-    let family = Family::new(Some(&family("any.toml")), Some(&family("any-faults.toml"))).unwrap();
     for run in [0, 27, 45] {
-        let mut scenario = family.member(8802, run).unwrap().0;
+        let mut scenario = member("any.toml", "any-faults.toml", 8802, run);
         scenario.faults.retain(|fault| matches!(fault.kind, FaultKind::NoiseBurst(_)));
         let [Fault { from_s, until_s, .. }] = scenario.faults[..] else { panic!("one burst of noise") };
         scenario.duration_s = until_s + 2 * RECOVERY_S;

@@ -1,5 +1,6 @@
 //! Flights of the program's own scenarios, second by second.
 
+use sil_host::campaign::family::Family;
 use sil_host::harness::{self, Second};
 use sil_host::scenario::Scenario;
 use std::path::Path;
@@ -9,6 +10,12 @@ pub fn scenario(name: &str, seconds: u32) -> Scenario {
     let mut scenario = Scenario::load(Path::new(name)).unwrap();
     scenario.duration_s = seconds;
     scenario
+}
+
+/// A flight of a family of tests/families: its base, what is drawn, seed and run.
+pub fn member(base: &str, vary: &str, seed: u64, run: u64) -> Scenario {
+    let [base, vary] = [base, vary].map(|name| Path::new("../families").join(name));
+    Family::new(Some(&base), Some(&vary)).unwrap().member(seed, run).unwrap().0
 }
 
 /// Flies a scenario and shows each second to `look`.

@@ -4,11 +4,11 @@ mod orbit;
 mod restart;
 mod world;
 
+use crate::flights::member;
 use fsw_core::modes::Mode;
 use fsw_core::sensor::{Command, Sensor, Workspace};
 use fsw_core::telemetry::{self, DetectorFault, Event, ImageFault, Outcome, Report};
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Instant, LocalTime};
-use sil_host::campaign::family::Family;
 use sil_host::flight;
 use sil_host::formats::camera_file::CameraFile;
 use sil_host::harness::{self, ThisSecond, star_scene};
@@ -17,7 +17,6 @@ use sil_host::world::attitude::uniform;
 use sil_host::world::motion::Motion;
 use sil_host::world::noise::{Noise, Stream};
 use sil_host::world::scene::{Scene, SceneSettings, VisibleStar};
-use std::path::PathBuf;
 use world::{World, fly, has, modes, quietly};
 
 #[test]
@@ -90,9 +89,7 @@ fn two_stars_are_enough_to_go_on_tracking_and_none_are_not() {
 fn parts_of_streaks_at_the_onset_of_a_fast_slew_make_no_attitude() {
     // low-motion, seed 7, run 21: from rest to 4 deg/s within a second and a half; in the image between, stars
     // leave their windows.
-    let family = |name: &str| PathBuf::from("../families").join(name);
-    let family = Family::new(Some(&family("low.toml")), Some(&family("low-motion.toml"))).unwrap();
-    let scenario = family.member(7, 21).unwrap().0;
+    let scenario = member("low.toml", "low-motion.toml", 7, 21);
     let (mut worst, mut told) = (0.0f64, 0);
     harness::fly(&scenario, &mut scenario.scene().unwrap(), |second| {
         if let Some(attitude) = &second.judged.attitude_rad {

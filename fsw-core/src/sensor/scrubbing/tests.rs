@@ -150,7 +150,7 @@ fn a_damaged_attitude_is_forgotten_and_acquired_anew_near_to_the_one_measured_la
         sensor.motion = attitude(0.1).into();
         sensor.motion.lose();
         sensor.seal(None);
-        sensor.motion = sensor.motion.trusted();
+        sensor.motion = attitude(0.1).into();
         assert_eq!(scrubbed(sensor), [Event::Mode(Mode::Acquisition, Guard::MemoryDamaged)]);
     });
 }
