@@ -1,4 +1,4 @@
-//! What is known of a lens and its pixels: star profiles and correction tables, version 1, little-endian, and
+//! What is known of a lens and its pixels: star profiles and correction tables, version 2, little-endian, and
 //! the door at which they are checked.
 //!
 //! | offset | type | content |
@@ -22,13 +22,13 @@
 //! | 56 | u32 | CRC-32 of what it was made from |
 //! | 60 | f32 | colour of the stars it was made with, B-V |
 //! | 64 | P x [`PROFILE_BYTES`] | profiles, see [`Profile`] |
-//! | | C R x [`TABLE_BYTES`] | tables row by row of the detector: 11 rows of 11 pairs (i8, i8), correction in x and y at every tenth of a pixel, from one pixel's centre to the next |
+//! | | C R x [`TABLE_BYTES`] | tables row by row of the detector: 10 rows of 10 pairs (i8, i8), correction in x and y at every tenth of a pixel from its centre on; the next pixel begins with the first again |
 //!
-//! Corrections (thesis §3.1.2, tab. 3.6) are interpolated between the four tables about a centroid, and
-//! between the four entries about its place within the pixel (the thesis rounds that to a tenth). Of one
-//! quadrant the others are mirror images: coordinates, phase and correction change their signs. That holds
-//! for the lens; where pixels are not symmetric (an L, fig. 3.7) it does not, and the tables are those of the
-//! whole detector.
+//! Corrections (thesis §3.1.2, tab. 3.6, where an eleventh phase repeats the first) are interpolated between
+//! the four tables about a centroid, and between the four entries about its place within the pixel (the
+//! thesis rounds that to a tenth). Of one quadrant the others are mirror images: coordinates, phase and
+//! correction change their signs. That holds for the lens; where pixels are not symmetric (an L, fig. 3.7) it
+//! does not, and the tables are those of the whole detector.
 
 use crate::checksum::crc32;
 use fsw_pixels::profile::Entry;
@@ -37,7 +37,7 @@ pub use fsw_pixels::profile::{POINTS_PER_PX, PROFILE_REACH_PX, Profile, RADIAL_P
 /// First bytes of every file.
 pub const MAGIC: [u8; 4] = *b"SXCC";
 /// The layout this code reads.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Length of the header in bytes.
 pub const HEADER_BYTES: usize = 64;
 /// Where the CRC-protected part begins.
@@ -46,8 +46,8 @@ pub const CRC_FROM: usize = 12;
 pub const PROFILE_HEADER_BYTES: usize = 8;
 /// Length of a profile.
 pub const PROFILE_BYTES: usize = PROFILE_HEADER_BYTES + 2 * RADIAL_POINTS * TANGENTIAL_POINTS;
-/// Phases of a table along an axis.
-pub const PHASES: usize = 11;
+/// Phases of a table along an axis; after the last comes the first, of the next pixel.
+pub const PHASES: usize = 10;
 /// Length of a table.
 pub const TABLE_BYTES: usize = 2 * PHASES * PHASES;
 
@@ -250,7 +250,7 @@ impl<'a> Calibration<'a> {
         let along = |at: f32, pixel: f32, first: f32, count: usize| {
             let (at, pixel) = if turned(at) { (-at, -pixel) } else { (at, pixel) };
             let (table, part) = between((at - first) * self.tables_per_px, count);
-            let phase = between((pixel - libm::floorf(pixel)) * (PHASES - 1) as f32, PHASES);
+            let phase = between((pixel - libm::floorf(pixel)) * PHASES as f32, PHASES + 1);
             (table, part, phase)
         };
         let [first_x, first_y] = self.first_px;
@@ -279,7 +279,9 @@ fn interpolated(table: &[u8; TABLE_BYTES], (x, right): (usize, f32), (y, below):
     let entry = |x: usize, y: usize| {
         entries.get(y * PHASES + x).map_or([0.0; 2], |entry: &Entry| entry.map(|byte| f32::from(byte as i8)))
     };
-    let (a, b, c, d) = (entry(x, y), entry(x + 1, y), entry(x, y + 1), entry(x + 1, y + 1));
+    let after = |phase: usize| if phase + 1 < PHASES { phase + 1 } else { 0 };
+    let (a, b) = (entry(x, y), entry(after(x), y));
+    let (c, d) = (entry(x, after(y)), entry(after(x), after(y)));
     let mix = |a: f32, b: f32, c: f32, d: f32| {
         let (above, under) = (a + right * (b - a), c + right * (d - c));
         above + below * (under - above)

@@ -91,7 +91,7 @@ pub fn tables(misses: &[Miss], nodes: &Nodes) -> Option<Vec<Vec<[f64; 2]>>> {
     }
     let factors = matrix.cholesky()?;
     let found = right.map(|right| factors.solve(&right));
-    let step = 1.0 / (PHASES - 1) as f64;
+    let step = 1.0 / PHASES as f64;
     let phases =
         || (0..PHASES).flat_map(|y| (0..PHASES).map(move |x| terms([x as f64 * step, y as f64 * step])));
     let table = |node: usize| {

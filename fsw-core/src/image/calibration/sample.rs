@@ -44,7 +44,7 @@ pub struct Tables {
 /// of a table (column, row) at a phase (column, row). Without a first table's place the tables are those of
 /// one quadrant.
 pub fn bytes(sigma_px: f64, tables: Tables, correction: impl Fn([u16; 2], [usize; 2]) -> [i8; 2]) -> Vec<u8> {
-    let mut bytes = b"SXCC\x01\x00\x40\x00".to_vec();
+    let mut bytes = b"SXCC\x02\x00\x40\x00".to_vec();
     bytes.extend([0; 8]);
     let short = |bytes: &mut Vec<u8>, value: u16| bytes.extend(value.to_le_bytes());
     short(&mut bytes, 1280);
@@ -76,7 +76,7 @@ pub fn bytes(sigma_px: f64, tables: Tables, correction: impl Fn([u16; 2], [usize
     }
     for (row, column) in (0..tables.rows).flat_map(|row| (0..tables.columns).map(move |column| (row, column)))
     {
-        for (y, x) in (0..11).flat_map(|y| (0..11).map(move |x| (y, x))) {
+        for (y, x) in (0..10).flat_map(|y| (0..10).map(move |x| (y, x))) {
             bytes.extend(correction([column, row], [x, y]).map(|entry| entry as u8));
         }
     }

@@ -49,12 +49,17 @@ fn at_a_tenth_of_a_pixel_the_entry_of_that_phase_is_taken() {
     // Between two tenths it goes straight.
     let [dx, dy] = calibration.correction_px([1000.36, 712.74]).map(|px| px / PX_PER_ENTRY);
     assert!((dx - 36.0).abs() < 0.1 && (dy + 74.0).abs() < 0.1, "{dx} {dy}");
+    // After the last tenth comes the first of the next pixel.
+    let [dx, dy] = calibration.correction_px([1000.95, 712.98]).map(|px| px / PX_PER_ENTRY);
+    assert!((dx - 45.0).abs() < 0.1 && (dy + 18.0).abs() < 0.1, "{dx} {dy}");
 }
 
 #[test]
 fn one_quadrant_is_mirrored_by_sign_into_the_others() {
+    // As far from the first phase as from the next pixel's, so that nothing jumps between two pixels.
+    let apart = |phase: usize| phase.min(10 - phase) as i8;
     let bytes = sample::bytes(1.0, QUADRANT, |[column, row], [x, y]| {
-        [2 * x as i8 + column as i8, 3 * y as i8 + 2 * row as i8]
+        [2 * apart(x) + column as i8, 3 * apart(y) + 2 * row as i8]
     });
     let calibration = Calibration::open(&bytes).unwrap();
     for [x, y] in [[380.36f32, 200.74], [12.5, 0.25], [610.0, 499.9]] {
@@ -111,7 +116,7 @@ fn damage_is_refused_by_its_name() {
     assert_eq!(calibration.source_crc(), 0xDEAD_BEEF);
     assert_eq!(refusal(b"SXTC"), CalibrationError::NotACalibration);
     assert_eq!(refusal(b"SXCC"), CalibrationError::Length);
-    assert_eq!(refusal(&with(4, &[2, 0])), CalibrationError::Version(2));
+    assert_eq!(refusal(&with(4, &[1, 0])), CalibrationError::Version(1));
     assert_eq!(refusal(&good[..good.len() - 1]), CalibrationError::Length);
     let mut flipped = good.clone();
     flipped[500] ^= 1;
