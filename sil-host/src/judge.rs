@@ -5,6 +5,7 @@
 //! | [`second`] | a report and the truth of that second | the errors of that second, each with its sigma |
 //! | [`expected`] | the truth's geometry, second by second | the mode the sensor should be in |
 //! | [`quantities`] | the errors of a second | each quantity that has a sigma, declared once |
+//! | [`foreseen`] | the next change of state as it is foreseen, second by second | how far that comes true |
 //! | [`series`] | a quantity through the run | its errors and how far its sigmas are right |
 //! | [`chi_square`] | a mean square of normalised errors | how probable it is |
 //! | [`sums`] | numbers | root mean squares, shares, medians |
@@ -19,6 +20,7 @@
 pub mod chi_square;
 pub mod expected;
 pub mod figures;
+pub mod foreseen;
 pub mod quantities;
 pub mod run;
 pub mod second;

@@ -231,6 +231,11 @@ impl CentralBody {
             Self::Mars => "mars",
         }
     }
+
+    /// The body of this [name](Self::name).
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|body| body.name() == name)
+    }
 }
 
 impl BodyFacts {

@@ -5,7 +5,7 @@ use fsw_core::orbit::OrbitState;
 use pyo3::prelude::*;
 use sil_host::cli::dynamics as named;
 use sil_host::commands::propagate::{Input, carried};
-use sil_host::formats::orbit_state::{StateInput, time_us};
+use sil_host::formats::orbit_state::{StateInput, body as body_named, time_us};
 
 /// What stands where the orbit has left the bounds.
 const NOTHING: [f64; 3] = [f64::NAN; 3];
@@ -16,14 +16,15 @@ const NOTHING: [f64; 3] = [f64::NAN; 3];
 /// the ICRS axes. times_s: (m,) float64, the times that are asked for, as t_s, in any order of time.
 /// dynamics: kepler (a point mass), j2 (the Earth's field of the second degree, Sun and Moon) or full (the
 /// field of the eighth, Sun, Moon, drag and the Sun's light). Drag acts where drag_area_m2 is given, with cd,
-/// the Sun's light where srp_area_m2 is, with cr, both with mass_kg; only dynamics="full" has them.
+/// the Sun's light where srp_area_m2 is, with cr, both with mass_kg; only dynamics="full" has them. body: what
+/// the satellite flies about, earth, moon or mars; drag about the Earth alone.
 ///
 /// Returns position and velocity, (m, 3) float64 each, km and km/s. From where the orbit leaves the bounds of
-/// the dynamics (5,000 to 600,000 km) rows are NaN. Raises ValueError for what is no state of a satellite.
+/// the dynamics (about the Earth 5,000 to 600,000 km) rows are NaN. Raises ValueError for what is no state of a satellite.
 #[pyfunction]
 #[pyo3(signature = (
     t_s, r_km, v_km_s, times_s, *,
-    dynamics="full", mass_kg=0.0, drag_area_m2=0.0, cd=0.0, srp_area_m2=0.0, cr=0.0
+    body="earth", dynamics="full", mass_kg=0.0, drag_area_m2=0.0, cd=0.0, srp_area_m2=0.0, cr=0.0
 ))]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn propagate(
@@ -32,6 +33,7 @@ pub(crate) fn propagate(
     r_km: Numbers<'_>,
     v_km_s: Numbers<'_>,
     times_s: Numbers<'_>,
+    body: &str,
     dynamics: &str,
     mass_kg: f64,
     drag_area_m2: f64,
@@ -39,7 +41,8 @@ pub(crate) fn propagate(
     srp_area_m2: f64,
     cr: f64,
 ) -> PyResult<(Rows, Rows)> {
-    let state = StateInput { t_s, r_km: three("r_km", &r_km)?, v_km_s: three("v_km_s", &v_km_s)? };
+    let body = body_named(body).map_err(refused)?;
+    let state = StateInput { t_s, r_km: three("r_km", &r_km)?, v_km_s: three("v_km_s", &v_km_s)?, body };
     let input = Input { state, mass_kg, drag_area_m2, srp_area_m2, cd, cr };
     let forces = input.forces(named(dynamics).map_err(refused)?).map_err(refused)?;
     let times = times_s.as_array().iter().map(|t_s| time_us(*t_s)).collect::<Result<Vec<_>, _>>();

@@ -215,6 +215,13 @@ class Propagate(unittest.TestCase):
         self.assertAlmostEqual(turned[0], 0.0, places=6)
         self.assertAlmostEqual(turned[1], expected, delta=0.02 * abs(expected))
 
+    def test_about_the_moon_its_pull_counts(self):
+        # A circle of 2,437 km closes after 2 pi sqrt(r^3 / mu), mu = 4,902.8 km3/s2.
+        speed = np.sqrt(4902.8 / 2437)
+        period_s = 2 * np.pi * 2437 / speed
+        r, _ = sextant.propagate(0.0, [2437.0, 0, 0], [0, 0, speed], [period_s], body="moon", dynamics="kepler")
+        np.testing.assert_allclose(r[0], [2437.0, 0, 0], atol=0.05)
+
     def test_out_of_the_bounds_rows_are_nan(self):
         r, v = sextant.propagate(0.0, self.r, [0, 5, 0], [10.0, 3000.0], dynamics="kepler")
         self.assertTrue(np.isfinite(r[0]).all() and np.isnan(r[1]).all() and np.isnan(v[1]).all())
@@ -227,6 +234,7 @@ class Propagate(unittest.TestCase):
             ((0.0, self.r, self.v, [1e12]), {}, "times_s"),
             ((np.nan, self.r, self.v, [1.0]), {}, "t_s"),
             ((0.0, self.r, self.v, [1.0]), {"dynamics": "j3"}, "kepler, j2, full"),
+            ((0.0, self.r, self.v, [1.0]), {"body": "venus"}, "earth, moon, mars"),
             ((0.0, self.r, self.v, [1.0]), {"drag_area_m2": 1.0}, "mass_kg"),
         ]:
             with self.assertRaisesRegex(ValueError, words):

@@ -37,7 +37,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 /// Arguments of `propagate`.
 #[derive(Debug, Args)]
 pub struct PropagateArguments {
-    /// The state: one JSON object
+    /// The state: one JSON object, with what it flies about
     #[arg(value_name = "STATE.json")]
     pub state: PathBuf,
     /// How far to propagate, s
@@ -46,7 +46,7 @@ pub struct PropagateArguments {
     /// A state is printed every so many seconds, and the last one
     #[arg(long, value_name = "H", value_parser = seconds)]
     pub step_s: f64,
-    /// Forces: kepler (a point mass), j2 (the Earth's field of the second degree, Sun and Moon) or full (the
+    /// Forces: kepler (a point mass), j2 (the body's field of the second degree, Sun and Moon) or full (the
     /// field of the eighth, Sun, Moon, drag and the Sun's light)
     #[arg(long, value_name = "FORCES", default_value = "full", value_parser = dynamics)]
     pub dynamics: Dynamics,
@@ -65,7 +65,7 @@ pub struct NavigateArguments {
     /// position until the orbit is known to a thousandth, the direction afterwards)
     #[arg(long, value_name = "FILTER", default_value = "position", value_parser = filter)]
     pub filter: Observation,
-    /// Forces: kepler (a point mass), j2 (the Earth's field of the second degree, Sun and Moon) or full (the
+    /// Forces: kepler (a point mass), j2 (the body's field of the second degree, Sun and Moon) or full (the
     /// field of the eighth, Sun, Moon, drag and the Sun's light)
     #[arg(long, value_name = "FORCES", default_value = "full", value_parser = dynamics)]
     pub dynamics: Dynamics,
@@ -88,7 +88,7 @@ pub struct OutagesArguments {
     /// How far ahead, s; left out: one revolution
     #[arg(long, value_name = "T", value_parser = seconds)]
     pub duration_s: Option<f64>,
-    /// Forces: kepler (a point mass), j2 (the Earth's field of the second degree, Sun and Moon) or full (the
+    /// Forces: kepler (a point mass), j2 (the body's field of the second degree, Sun and Moon) or full (the
     /// field of the eighth, Sun, Moon, drag and the Sun's light)
     #[arg(long, value_name = "FORCES", default_value = "full", value_parser = dynamics)]
     pub dynamics: Dynamics,

@@ -1,11 +1,11 @@
 //! `sil-host propagate`: a state carried on by the flight code's dynamics.
 //!
-//! In: `{"t_s","r_km","v_km_s"}` ([`crate::formats::orbit_state`]). Drag acts where `"drag_area_m2"` is
+//! In: `{"t_s","r_km","v_km_s"}` and what it flies about ([`crate::formats::orbit_state`]). Drag acts where `"drag_area_m2"` is
 //! given, with `"cd"`, the Sun's light where `"srp_area_m2"` is, with `"cr"`, both with `"mass_kg"`;
 //! `--dynamics` other than `full` have neither.
 //!
 //! Out: a line a step, `{"t_s","status","r_km","v_km_s"}`. `status` is `propagated`, or in a last line
-//! `out_of_bounds` where the orbit leaves the bounds of the dynamics (5,000 to 600,000 km); position and
+//! `out_of_bounds` where the orbit leaves the bounds of the dynamics (about the Earth 5,000 to 600,000 km); position and
 //! velocity are then null.
 
 use crate::cli::PropagateArguments;
@@ -53,11 +53,16 @@ impl Input {
     /// The forces on the satellite.
     ///
     /// # Errors
-    /// In words, where there is an area and no mass or coefficient, or more than flies.
+    /// In words, where there is an area and no mass or coefficient, or more than flies, or drag where no air
+    /// is known.
     pub fn forces(&self, dynamics: Dynamics) -> Result<Forces, String> {
         let drag_m2_kg = self.per_mass("cd", self.cd, self.drag_area_m2)?;
+        let body = self.state.body;
+        if drag_m2_kg > 0.0 && !body.facts().air {
+            return Err(format!("drag_area_m2: no air is known about the body {}", body.name()));
+        }
         let radiation_m2_kg = self.per_mass("cr", self.cr, self.srp_area_m2)?;
-        Ok(dynamics.forces(drag_m2_kg, radiation_m2_kg))
+        Ok(dynamics.forces(drag_m2_kg, radiation_m2_kg).about(body))
     }
 
     /// Coefficient times area over mass, m²/kg; 0 without an area.

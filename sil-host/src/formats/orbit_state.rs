@@ -1,13 +1,13 @@
 //! A state of an orbit as a file gives it: `{"t_s":..,"r_km":[x,y,z],"v_km_s":[x,y,z]}`.
 //!
-//! `t_s` is TT, seconds since J2000.0; position and velocity are along the ICRS axes. Other keys are left
-//! alone.
+//! `t_s` is TT, seconds since J2000.0; position and velocity are along the ICRS axes, about the centre of the
+//! Earth or of the `"body"`, `"moon"` or `"mars"`. Other keys are left alone.
 
 use fsw_core::orbit::OrbitState;
-use fsw_core::orbit::body::{CentralBody, EARTH};
+use fsw_core::orbit::body::CentralBody;
 use fsw_core::orbit::constants::MICROSECONDS;
 use fsw_core::orbit::dynamics::plausible;
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer, de::Error};
 
 /// A century: for longer the positions of Sun and Moon are not made.
 const LATEST_S: f64 = 3.2e9;
@@ -21,6 +21,22 @@ pub struct StateInput {
     pub r_km: [f64; 3],
     /// Velocity, km/s.
     pub v_km_s: [f64; 3],
+    /// What the satellite flies about.
+    #[serde(default, deserialize_with = "named")]
+    pub body: CentralBody,
+}
+
+fn named<'de, D: Deserializer<'de>>(deserializer: D) -> Result<CentralBody, D::Error> {
+    body(&String::deserialize(deserializer)?).map_err(D::Error::custom)
+}
+
+/// The body of a name.
+///
+/// # Errors
+/// In words, where there is none.
+pub fn body(name: &str) -> Result<CentralBody, String> {
+    let known = CentralBody::ALL.map(CentralBody::name).join(", ");
+    CentralBody::of_name(name).ok_or_else(|| format!("no body is called {name}; known are {known}"))
 }
 
 /// The time in microseconds.
@@ -41,10 +57,10 @@ impl StateInput {
     /// # Errors
     /// In words, where it is none of a satellite.
     pub fn state(&self) -> Result<OrbitState, String> {
-        let Self { t_s, r_km, v_km_s } = *self;
+        let Self { t_s, r_km, v_km_s, body } = *self;
         let (position_km, velocity_km_s) = (r_km.into(), v_km_s.into());
-        if !plausible(CentralBody::Earth, &position_km, &velocity_km_s) {
-            let [lowest_km, highest_km] = EARTH.bounds_km;
+        if !plausible(body, &position_km, &velocity_km_s) {
+            let [lowest_km, highest_km] = body.facts().bounds_km;
             return Err(format!(
                 "no state of a satellite: r_km must be {lowest_km} to {highest_km} km long, v_km_s below 30 km/s"
             ));

@@ -148,6 +148,10 @@ pub struct Figures {
     pub mode_latest_s: Option<u32>,
     /// Most changes of the mode within ten seconds.
     pub mode_changes_10_s: Option<u32>,
+    /// Share of the seconds with attitude and orbit in which the next change of state is foreseen.
+    pub next_state_share: Option<f64>,
+    /// Error of the length that this state has, where its begin is known to 5 s, 95 %, s.
+    pub next_state_length_95_s: Option<f64>,
     /// Seconds in which a number was not finite or a sigma not positive, over all quantities.
     pub not_finite: u32,
     /// Seconds in which the lit arc is too short to be called light or dark.

@@ -72,3 +72,7 @@ pub const QUANTITIES: [Quantity; 9] = [
         })
     },
 ];
+
+/// Seconds until the sensor's next change of state: no second by itself gives its error, which
+/// [`foreseen`](super::foreseen) knows when the run is over.
+pub const NEXT_STATE: Quantity = quantity("next_state", "Next change of state", ("s", 1.0), 1, |_| None);

@@ -10,7 +10,8 @@ use super::figures::{
     AttitudeFigures, EarthFigures, Figures, FilteredFigures, OrbitFigures, QuantityFigures, RateFigures,
     THESIS_ATTITUDE_ARCSEC, THESIS_POSITION_KM,
 };
-use super::quantities::QUANTITIES;
+use super::foreseen::{Agreement, Foreseen};
+use super::quantities::{NEXT_STATE, QUANTITIES};
 use super::second::Judged;
 use super::series::Series;
 use super::sums::{Share, Sizes, Squares};
@@ -25,6 +26,7 @@ pub struct Judge {
     period_s: f64,
     figures: Figures,
     modes: ModeJudge,
+    foreseen: Foreseen,
     valid: Share,
     /// Seconds without an attitude up to now.
     without: u32,
@@ -53,6 +55,7 @@ impl Judge {
             period_s,
             figures: Figures::default(),
             modes: ModeJudge::default(),
+            foreseen: Foreseen::default(),
             valid: Share::default(),
             without: 0,
             mode: None,
@@ -86,6 +89,7 @@ impl Judge {
         }
         self.add_orbit(second);
         self.add_change(second);
+        self.foreseen.add(second);
         self.modes.add(second)
     }
 
@@ -161,7 +165,10 @@ impl Judge {
     /// What the run came to.
     pub fn finish(self) -> Figures {
         let mut figures = self.figures;
-        for (quantity, series) in QUANTITIES.iter().zip(&self.series) {
+        let Agreement { share, time_s, length_s } = self.foreseen.finish();
+        figures.next_state_share = share;
+        figures.next_state_length_95_s = length_s.quantile(0.95);
+        for (quantity, series) in QUANTITIES.iter().zip(&self.series).chain([(&NEXT_STATE, &time_s)]) {
             figures.not_finite += series.not_finite();
             let [run, last_orbit] =
                 [0, self.last_orbit_from].map(|first| series.statistics(first, quantity.scale));

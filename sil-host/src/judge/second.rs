@@ -10,7 +10,7 @@ use crate::world::vector::{cross, minus};
 use fsw_core::command::CommandOutcome;
 use fsw_core::modes::Mode;
 use fsw_core::shutting::Shutters;
-use fsw_core::telemetry::{OrbitReport, Outcome, RateReport, Report};
+use fsw_core::telemetry::{NextState, OrbitReport, Outcome, RateReport, Report};
 use fsw_hal::OpenPaths;
 
 /// An error and the standard deviation reported for it, per axis.
@@ -97,7 +97,7 @@ pub struct TurningError {
 }
 
 /// One second, judged.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Judged {
     /// Second of the run, from 0.
     pub cycle: u32,
@@ -127,6 +127,10 @@ pub struct Judged {
     pub earth: Option<EarthError>,
     /// The orbit.
     pub orbit: Option<OrbitError>,
+    /// Whether attitude and orbit are known.
+    pub locally_known: bool,
+    /// The next change of state as it is foreseen.
+    pub next_state: Option<NextState>,
     /// Stars recognised.
     pub stars: u16,
     /// Star-like spots.
@@ -158,6 +162,8 @@ impl Judged {
             turning: report.rate.map(|rate| turning_error(&rate, truth.rate_rad_s)),
             earth: report.earth.and_then(|earth| earth_error(&earth, truth)),
             orbit: report.orbit.map(|orbit| orbit_error(&orbit, truth)),
+            locally_known: report.local.is_some(),
+            next_state: report.next_state,
             stars: report.stars.len() as u16,
             detections: report.detections,
             limb_points: report.limb_px.len() as u16,

@@ -120,7 +120,7 @@ macro_rules! of_quantity {
     };
 }
 
-static OF_RUN: [Figure; 26] = [
+static OF_RUN: [Figure; 28] = [
     share("attitude_valid_share", "attitude valid outside Sun states", |of| of.attitude_valid_share),
     share("within_3_sigma_share", "attitude error within 3 reported sigma", |of| of.within_3_sigma_share),
     share("position_within_3_sigma_share", "position error within 3 reported sigma", |of| {
@@ -146,6 +146,12 @@ static OF_RUN: [Figure; 26] = [
     }),
     at_most("mode_changes_10_s", "most changes of the mode within ten seconds", ("changes", 10.0), |of| {
         of.mode_changes_10_s.map(f64::from)
+    }),
+    share("next_state_share", "next change of state foreseen, while attitude and orbit are known", |of| {
+        of.next_state_share
+    }),
+    at_most("next_state_length_95_s", "length of the state foreseen to 5 s, error, 95 %", ("s", 1e6), |of| {
+        of.next_state_length_95_s
     }),
     at_most("settled_s", "orbit filter settled", ("s", 1e6), |of| of.orbit.settled_s.map(f64::from)),
     at_most(
@@ -209,7 +215,7 @@ pub static NOT_FINITE: Figure =
         Some(f64::from(of.not_finite))
     });
 
-static OF_QUANTITIES: [[Figure; 8]; 9] = [
+static OF_QUANTITIES: [[Figure; 8]; 10] = [
     of_quantity!("attitude", "attitude", "arcsec", "arcsec"),
     of_quantity!("filtered", "filtered attitude", "arcsec", "arcsec"),
     of_quantity!("sun_attitude", "attitude carried through the Sun", "arcsec", "arcsec"),
@@ -219,6 +225,7 @@ static OF_QUANTITIES: [[Figure; 8]; 9] = [
     of_quantity!("position", "position", "km", "km"),
     of_quantity!("velocity", "velocity", "m/s", "m_s"),
     of_quantity!("dark_position", "position in eclipse and Sun", "km", "km"),
+    of_quantity!("next_state", "next change of state", "s", "s"),
 ];
 
 /// Every figure that can be limited.

@@ -1,7 +1,7 @@
 //! The figures of a run as people read them: in the report and on the terminal.
 
 use super::scale::label;
-use crate::judge::quantities::QUANTITIES;
+use crate::judge::quantities::{NEXT_STATE, QUANTITIES};
 use crate::judge::series::SigmaFit;
 use crate::judge::table::{self, PROBABILITY, Side};
 use crate::judge::{Figures, Verdict};
@@ -76,7 +76,7 @@ impl QuantityRow {
 
 /// The quantities that were estimated.
 pub fn quantities(figures: &Figures) -> Vec<QuantityRow> {
-    let rows = QUANTITIES.iter().filter_map(|quantity| {
+    let rows = QUANTITIES.iter().chain([&NEXT_STATE]).filter_map(|quantity| {
         let run = figures.run(quantity.key)?;
         let last = figures.last_orbit(quantity.key).unwrap_or(run);
         let [low, high] = run.band_99;
@@ -148,6 +148,14 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
             ),
         ),
         line("Earth found", format!("{} s", figures.earth.found_s), format!("of {} s", figures.seconds)),
+        line(
+            "Next change of state foreseen",
+            percent(figures.next_state_share),
+            format!(
+                "while attitude and orbit are known; its length to {}",
+                plain(figures.next_state_length_95_s, "s")
+            ),
+        ),
         line("First orbit", seconds(orbit.first_s), format!("settled {}", seconds(orbit.settled_s))),
         line(
             "Position of the last orbit, rms",

@@ -27,7 +27,7 @@ pub(super) type Asked = (&'static str, Option<usize>);
 pub(super) fn read(text: &Text<'_>, raw: &RawBody) -> Result<CentralBody, HostError> {
     let Some(name) = &raw.name else { return Ok(CentralBody::Earth) };
     let known = CentralBody::ALL.map(CentralBody::name);
-    CentralBody::ALL.into_iter().find(|body| body.name() == name.get_ref()).ok_or_else(|| {
+    CentralBody::of_name(name.get_ref()).ok_or_else(|| {
         let to_do = format!("give one of {}", known.join(", "));
         text.fault(name.span().start, "body.name", "unknown", &to_do)
     })

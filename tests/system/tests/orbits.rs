@@ -10,7 +10,10 @@ use std::ops::Range;
 use std::path::Path;
 use system_tests::{amount, data, json_lines, refused, run, scratch};
 
-const MU_KM3_S2: f64 = 398_600.441_8;
+/// Earth (EGM96), Moon (LP165P), Mars (MRO110).
+const EARTH: Body = Body { name: "earth", mu_km3_s2: 398_600.441_8 };
+const MOON: Body = Body { name: "moon", mu_km3_s2: 4_902.801 };
+const MARS: Body = Body { name: "mars", mu_km3_s2: 42_828.37 };
 /// White noise of a direction, rad: 0.1 deg.
 const NOISE_RAD: f64 = TAU / 3600.0;
 /// White noise of a distance, km.
@@ -31,9 +34,17 @@ fn vector(value: &Value) -> Option<Vector> {
     numbers.try_into().ok()
 }
 
+/// What is flown about, and its pull.
+#[derive(Clone, Copy)]
+struct Body {
+    name: &'static str,
+    mu_km3_s2: f64,
+}
+
 /// Measurements from a circle over the equator: after whole orbits x is up, y along, z across.
 #[derive(Clone)]
 struct Flight {
+    about: Body,
     radius_km: f64,
     step_s: f64,
     /// In which nothing is seen.
@@ -46,7 +57,7 @@ struct Flight {
 
 impl Flight {
     fn motion_rad_s(&self) -> f64 {
-        (MU_KM3_S2 / self.radius_km.powi(3)).sqrt()
+        (self.about.mu_km3_s2 / self.radius_km.powi(3)).sqrt()
     }
 
     /// Three orbits.
@@ -64,19 +75,20 @@ impl Flight {
 
     fn first(&self, noise: impl Fn(u64, u32) -> f64) -> Value {
         let ([up, along], radius_km) = (self.axes(0.0), self.radius_km);
-        let speed_km_s = |radius_km: f64| (MU_KM3_S2 / radius_km).sqrt();
+        let speed_km_s = |radius_km: f64| (self.about.mu_km3_s2 / radius_km).sqrt();
         let guessed_km = radius_km + self.farther_km.unwrap_or(0.0);
         let r = up.map(|axis| axis * guessed_km);
         let v = along.map(|axis| axis * speed_km_s(guessed_km));
         if let Some(farther_km) = self.farther_km {
             let slower_km_s = speed_km_s(radius_km) - speed_km_s(guessed_km);
-            return json!({"t_s": 0.0, "r_km": r, "v_km_s": v,
+            return json!({"t_s": 0.0, "r_km": r, "v_km_s": v, "body": self.about.name,
                           "sigma_r_km": farther_km, "sigma_v_km_s": slower_km_s});
         }
         let wrong = |of: u64| [0, 1, 2].map(|axis| noise(of, axis));
         let (r, v) = (plus(r, 20.0, wrong(0)), plus(v, 0.02, wrong(1)));
-        json!({"t_s": 0.0, "r_km": r, "v_km_s": v, "sigma_r_km": 20.0, "sigma_v_km_s": 0.02,
-               "gravity_noise_km_s15": 0.0, "force_noise_km_s15": 0.0})
+        json!({"t_s": 0.0, "r_km": r, "v_km_s": v, "body": self.about.name,
+               "sigma_r_km": 20.0, "sigma_v_km_s": 0.02, "gravity_noise_km_s15": 0.0,
+               "force_noise_km_s15": 0.0})
     }
 
     /// Writes the measurements of a seed.
@@ -116,8 +128,14 @@ impl Flight {
     }
 }
 
-const GEO: Flight =
-    Flight { radius_km: 42_164.0, step_s: 30.0, outage_s: 0.0..0.0, ranges: false, farther_km: None };
+const GEO: Flight = Flight {
+    about: EARTH,
+    radius_km: 42_164.0,
+    step_s: 30.0,
+    outage_s: 0.0..0.0,
+    ranges: false,
+    farther_km: None,
+};
 const SSO: Flight = Flight { radius_km: 7_176.0, step_s: 4.0, ..GEO };
 const LEO: Flight = Flight { radius_km: 6_828.0, step_s: 4.0, ..GEO };
 
@@ -168,6 +186,38 @@ fn the_filter_is_at_the_bound_of_its_measurements() {
         assert_at_the_bound(&format!("{name} with an outage"), &dark, "unit");
         let ranges = Flight { ranges: true, ..flight };
         assert_at_the_bound(&format!("{name} with distances"), &ranges, "position");
+    }
+}
+
+#[test]
+fn about_moon_and_mars_the_filter_is_at_the_bound_too() {
+    for (about, radius_km) in [(MOON, 2_437.0), (MARS, 3_896.0)] {
+        let flight = Flight { about, radius_km, step_s: 6.0, ranges: true, ..GEO };
+        assert_at_the_bound(about.name, &flight, "position");
+    }
+}
+
+#[test]
+fn a_circle_about_moon_or_mars_closes_after_its_period() {
+    for (about, radius_km) in [(EARTH, 7_000.0), (MOON, 2_437.0), (MARS, 3_896.0)] {
+        let speed_km_s = (about.mu_km3_s2 / radius_km).sqrt();
+        let state = json!({"t_s": 0.0, "r_km": [radius_km, 0.0, 0.0], "v_km_s": [0.0, 0.0, speed_km_s],
+                           "body": about.name});
+        let path = scratch(&format!("propagate-{}", about.name)).join("state.json");
+        std::fs::write(&path, state.to_string()).unwrap();
+        let period_s = (TAU * radius_km / speed_km_s).to_string();
+        let apart_km = |dynamics: &str| {
+            let steps = ["--duration-s", &period_s, "--step-s", "1000", "--dynamics", dynamics, "--json"];
+            let output = run(&[&["propagate", path.to_str().unwrap()], &steps[..]].concat());
+            assert!(output.status.success() && output.stderr.is_empty());
+            let last = vector(&json_lines(&output).last().unwrap()["r_km"]).unwrap();
+            let error = plus(last, -radius_km, [1.0, 0.0, 0.0]);
+            dot(error, error).sqrt()
+        };
+        let (alone, all) = (apart_km("kepler"), apart_km("full"));
+        println!("{}: {alone:.6} km off by its mass alone, {all:.1} km by its field", about.name);
+        // The pull to its last digits here and there; the bulge of each delays a polar circle by kilometres.
+        assert!(alone < 0.05 && (1.0..100.0).contains(&all), "{}: {alone} {all}", about.name);
     }
 }
 
@@ -330,6 +380,8 @@ fn an_orbit_that_leaves_the_bounds_is_told_and_what_is_no_state_refused() {
         ("", &steps[..]),
         (r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,7.5,0],"drag_area_m2":3}"#, &steps),
         (r#"{"t_s":0,"r_km":[7000,0],"v_km_s":[0,7.5,0]}"#, &steps),
+        (r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,7.5,0],"body":"venus"}"#, &steps),
+        (&pushed.replace("7.5", "0.8").replace("}", r#","body":"moon"}"#), &steps),
         (r#"{"t_s":0,"r_km":[700,0,0],"v_km_s":[0,7.5,0]}"#, &steps),
         (r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,75,0]}"#, &steps),
         (r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,7.5,0]}"#, &["--duration-s", "-1", "--step-s", "1"]),

@@ -19,21 +19,11 @@ fn second(cycle: u32, mode: Mode, state: SensorState) -> Judged {
     Judged {
         cycle,
         mode,
-        commanded: false,
         state,
-        spared: false,
         lit_limb_deg: if state == SensorState::Full { 180.0 } else { 0.0 },
-        earth_in_star_path: false,
         rate_deg_s: 0.06,
-        attitude_rad: None,
-        filtered_rad: None,
-        rate_rad_s: None,
-        turning: None,
-        earth: None,
         orbit: Some(orbit()),
-        stars: 0,
-        detections: 0,
-        limb_points: 0,
+        ..Judged::default()
     }
 }
 

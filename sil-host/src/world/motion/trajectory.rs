@@ -44,10 +44,11 @@ pub struct Look {
 }
 
 /// What the sensor can do (thesis tab. 8.1).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum SensorState {
     /// Earth and stars are seen.
+    #[default]
     Full = 0,
     /// The Sun is in the Earth path and blinds the detector.
     SunInEarthPath = 1,
