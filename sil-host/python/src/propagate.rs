@@ -20,7 +20,8 @@ const NOTHING: [f64; 3] = [f64::NAN; 3];
 /// the satellite flies about, earth, moon or mars; drag about the Earth alone.
 ///
 /// Returns position and velocity, (m, 3) float64 each, km and km/s. From where the orbit leaves the bounds of
-/// the dynamics (about the Earth 5,000 to 600,000 km) rows are NaN. Raises ValueError for what is no state of a satellite.
+/// the dynamics (about the Earth 5,000 to 600,000 km) rows are NaN. Raises ValueError for what is no state of
+/// a satellite.
 #[pyfunction]
 #[pyo3(signature = (
     t_s, r_km, v_km_s, times_s, *,

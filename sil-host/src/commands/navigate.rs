@@ -1,8 +1,9 @@
 //! `sil-host navigate`: the flight code's orbit filter on a list of measurements.
 //!
 //! In: the initial guess, `{"t_s","r_km","v_km_s","sigma_r_km","sigma_v_km_s"}` and what the satellite flies
-//! about ([`crate::formats::orbit_state`]); it may also hold `"gravity_noise_km_s15"` and `"force_noise_km_s15"`,
-//! the flight parameters that stand for forces that are not modelled. Then a measurement a line,
+//! about ([`crate::formats::orbit_state`]); it may also hold `"gravity_noise_km_s15"` and
+//! `"force_noise_km_s15"`, the flight parameters that stand for forces that are not modelled. Then a
+//! measurement a line,
 //! `{"t_s","u","range_km","sigma_rad","sigma_range_km"}`: `u` the unit vector from the body's centre to
 //! the satellite along the ICRS axes with its error about each axis across, `range_km` the distance; either
 //! may be null. A line without `u` is an outage: the orbit is propagated to it. Errors are taken for white:

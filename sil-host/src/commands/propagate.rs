@@ -1,12 +1,12 @@
 //! `sil-host propagate`: a state carried on by the flight code's dynamics.
 //!
-//! In: `{"t_s","r_km","v_km_s"}` and what it flies about ([`crate::formats::orbit_state`]). Drag acts where `"drag_area_m2"` is
-//! given, with `"cd"`, the Sun's light where `"srp_area_m2"` is, with `"cr"`, both with `"mass_kg"`;
-//! `--dynamics` other than `full` have neither.
+//! In: `{"t_s","r_km","v_km_s"}` and what it flies about ([`crate::formats::orbit_state`]). Drag acts where
+//! `"drag_area_m2"` is given, with `"cd"`, the Sun's light where `"srp_area_m2"` is, with `"cr"`, both with
+//! `"mass_kg"`; `--dynamics` other than `full` have neither.
 //!
 //! Out: a line a step, `{"t_s","status","r_km","v_km_s"}`. `status` is `propagated`, or in a last line
-//! `out_of_bounds` where the orbit leaves the bounds of the dynamics (about the Earth 5,000 to 600,000 km); position and
-//! velocity are then null.
+//! `out_of_bounds` where the orbit leaves the bounds of the dynamics (about the Earth 5,000 to 600,000 km);
+//! position and velocity are then null.
 
 use crate::cli::PropagateArguments;
 use crate::error::HostError;

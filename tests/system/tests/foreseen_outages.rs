@@ -1,11 +1,11 @@
-//! The sensor's next change of state as it foresees it, where its attitude is not held; where it is, scenarios limit
-//! the errors (`next_state_worst_sigma`).
+//! The sensor's next change of state as it foresees it, where its attitude is not held; where it is, scenarios
+//! limit the errors (`next_state_worst_sigma`).
 
 use crate::flights::{self, scenario};
 use sil_host::world::motion::slew::Slew;
 
-/// A second: the sensor's state by the true geometry, and the next as it is foreseen: state, seconds until then, their
-/// sigma.
+/// A second: the sensor's state by the true geometry, and the next as it is foreseen: state, seconds until
+/// then, their sigma.
 struct Flown {
     state: u8,
     next: Option<(u8, i64, f64)>,
