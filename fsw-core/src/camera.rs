@@ -228,6 +228,12 @@ impl Camera {
         x >= margin_px && y >= margin_px && x <= right - 1.0 - margin_px && y <= bottom - 1.0 - margin_px
     }
 
+    /// How far inside the detector's outermost pixels a place is that is a number; negative outside.
+    pub(crate) fn inside_px(&self, [x, y]: [f32; 2]) -> f32 {
+        let (right, bottom) = (f32::from(self.parameters.width_px), f32::from(self.parameters.height_px));
+        x.min(y).min(right - 1.0 - x).min(bottom - 1.0 - y)
+    }
+
     /// Distortion at a point of the normalised plane: radial factor and tangential shift.
     fn distortion_at(&self, x: f32, y: f32) -> (f32, f32, f32) {
         let Distortion { k1, k2, k3, p1, p2 } = self.parameters.distortion;

@@ -29,6 +29,16 @@ const AZIMUTHS: u16 = 720;
 /// Cosine and sine from one to the next that is looked at, 199 further on: all are met in the end, and after
 /// n steps no gap is wider than 2.2 turns / n.
 const NEXT_AZIMUTH: [f32; 2] = [-0.165_047_6, 0.986_285_6];
+/// Between two of them: cosine and sine of 1/4, 1/8, 1/16, 1/32 and 1/64 deg.
+const BETWEEN: [[f32; 2]; 5] = [
+    [0.999_990_5, 4.363_309e-3],
+    [0.999_997_6, 2.181_661e-3],
+    [0.999_999_4, 1.090_831e-3],
+    [0.999_999_85, 5.454_154e-4],
+    [0.999_999_96, 2.727_077e-4],
+];
+/// Of half a degree of azimuth the limb is on the detector in both ends or this near to it, px.
+const NEAR_PX: f32 = 32.0;
 /// Number of phases in which evenly spread points can stand.
 pub const PHASES: u8 = 8;
 /// A cell of the coarse pass, rad.
@@ -216,17 +226,39 @@ impl View {
         Direction::new(self.radial(azimuth) * sine - axis * cosine)
     }
 
-    /// Whether any of the limb on the detector is lit.
+    /// Whether any of the limb on the detector is lit, however little.
     pub fn has_lit_limb(&self, camera: &Camera, parameters: &EarthParameters) -> bool {
         let lit = sine_cosine(parameters.light.lit_deg.to_radians()).0;
+        // How far inside the field, or the Sun above the elevation, the less of both, rad.
+        let margin = |azimuth| {
+            let limb = self.project_limb(azimuth, camera, -NEAR_PX);
+            limb.map_or(f32::NEG_INFINITY, |(at_px, sun_sine)| {
+                ((camera.inside_px(at_px) + 0.5) * camera.rad_per_px()).min(sun_sine - lit)
+            })
+        };
         let mut azimuth = [1.0, 0.0];
-        for _ in 0..AZIMUTHS {
-            if self.project_limb(azimuth, camera, 0.0).is_some_and(|(_, sun_sine)| sun_sine > lit) {
+        let mut best = (margin(azimuth), azimuth);
+        for _ in 1..AZIMUTHS {
+            if best.0 > 0.0 {
                 return true;
             }
             azimuth = add_angles(azimuth, NEXT_AZIMUTH);
+            let here = margin(azimuth);
+            if here > best.0 {
+                best = (here, azimuth);
+            }
         }
-        false
+        // The last of it lies between two of these.
+        for [cosine, sine] in BETWEEN {
+            let middle = best.1;
+            for beside in [add_angles(middle, [cosine, sine]), add_angles(middle, [cosine, -sine])] {
+                let there = margin(beside);
+                if there > best.0 {
+                    best = (there, beside);
+                }
+            }
+        }
+        best.0 > 0.0
     }
 
     /// Whether a disc of `radius_rad` about a direction is hidden whole.

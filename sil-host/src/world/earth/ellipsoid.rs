@@ -17,6 +17,8 @@ const AZIMUTHS: u32 = 720;
 /// Sine and cosine of each.
 static CIRCLE: LazyLock<Vec<(f64, f64)>> =
     LazyLock::new(|| (0..AZIMUTHS).map(|k| libm::sincos(TAU * f64::from(k) / f64::from(AZIMUTHS))).collect());
+/// Halvings of a step in search of the last lit limb: to 0.0005 deg.
+const BETWEEN: u32 = 10;
 /// Sine of the Sun's elevation from which a limb point counts as lit (3 deg).
 const LIT_SINE: f64 = 0.052_336;
 
@@ -98,8 +100,9 @@ impl Ellipsoid {
         self.height_km(direction).is_some_and(|(height, distance)| height < -radius_rad * distance)
     }
 
-    /// Points of the limb, evenly about the Earth's centre: the ellipsoid's normal and the place, ICRS, km.
-    pub fn limb(&self) -> impl Iterator<Item = (Vector, Vector)> {
+    /// The limb about the Earth's centre: of sine and cosine of an azimuth the ellipsoid's normal and the
+    /// place, ICRS, km.
+    fn limb_at(&self) -> impl Fn((f64, f64)) -> (Vector, Vector) {
         let to_icrs = transposed(&self.equator);
         let far = length(self.place);
         let up = times(far.recip(), self.place);
@@ -108,13 +111,20 @@ impl Ellipsoid {
         let north = cross(up, east);
         // The limb of a unit sphere is a circle in the plane 1 / far from its centre.
         let (depth, radius) = (far.recip(), (1.0 - 1.0 / (far * far)).max(0.0).sqrt());
-        CIRCLE.iter().map(move |(s, c)| {
+        let figure = self.figure;
+        move |(s, c)| {
             let point = plus(plus(times(depth, up), radius * c, east), radius * s, north);
             let [x, y, z] = point;
-            let Figure { equator_km, pole_km } = self.figure;
+            let Figure { equator_km, pole_km } = figure;
             let place = [x * equator_km, y * equator_km, z * pole_km];
-            (apply(&to_icrs, unit(self.figure.to_sphere(point))), apply(&to_icrs, place))
-        })
+            (apply(&to_icrs, unit(figure.to_sphere(point))), apply(&to_icrs, place))
+        }
+    }
+
+    /// Points of the limb, evenly about the Earth's centre: the ellipsoid's normal and the place, ICRS, km.
+    pub fn limb(&self) -> impl Iterator<Item = (Vector, Vector)> {
+        let at = self.limb_at();
+        CIRCLE.iter().map(move |azimuth| at(*azimuth))
     }
 
     /// Those points of the limb that the Sun, in direction `sun`, lights from more than 3 deg above the horizon,
@@ -127,6 +137,27 @@ impl Ellipsoid {
         self.limb().filter(move |(normal, place)| {
             dot(*normal, sun) > LIT_SINE && on_detector(minus(*place, self.position))
         })
+    }
+
+    /// Whether any of the limb is lit by as much and lies where `inside_rad` of the way to it is positive,
+    /// however little of it.
+    pub fn has_lit_limb(&self, sun: Vector, inside_rad: impl Fn(Vector) -> f64) -> bool {
+        let at = self.limb_at();
+        // The Sun above the elevation, or how far inside, the less of both.
+        let margin = |azimuth: f64| {
+            let (normal, place) = at(libm::sincos(azimuth));
+            (dot(normal, sun) - LIT_SINE).min(inside_rad(minus(place, self.position)))
+        };
+        let step = TAU / f64::from(AZIMUTHS);
+        let of = |azimuth: f64| (margin(azimuth), azimuth);
+        let greater = |a: (f64, f64), b: (f64, f64)| if b.0 > a.0 { b } else { a };
+        let mut best = (0..AZIMUTHS).map(|k| of(step * f64::from(k))).fold((f64::MIN, 0.0), greater);
+        // The last of it lies between two of these.
+        for halvings in 1..=BETWEEN {
+            let beside = step / f64::from(1 << halvings);
+            best = [best.1 - beside, best.1 + beside].map(of).into_iter().fold(best, greater);
+        }
+        best.0 > 0.0
     }
 
     /// How many degrees of azimuth about the Earth's centre they are.

@@ -93,6 +93,14 @@ impl Optics {
         (0..2).all(|k| pixel[k] >= -0.5 && pixel[k] < self.size_px[k] - 0.5)
     }
 
+    /// How far inside the detector `pixel` lies, px; negative outside.
+    pub fn inside_px(&self, pixel: [f64; 2]) -> f64 {
+        [0, 1]
+            .map(|k| (pixel[k] + 0.5).min(self.size_px[k] - 0.5 - pixel[k]))
+            .into_iter()
+            .fold(f64::MAX, f64::min)
+    }
+
     /// The place on the detector nearest to `pixel`.
     pub fn clamped(&self, pixel: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|k| pixel[k].clamp(-0.5, self.size_px[k] - 0.5))

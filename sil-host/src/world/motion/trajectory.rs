@@ -112,6 +112,12 @@ fn in_field(optics: &Optics, direction: Vector) -> bool {
     optics.earth_path().project(direction).is_some_and(|pixel| optics.on_detector(pixel))
 }
 
+/// How far inside the field of the Earth path a direction is, rad; negative outside.
+fn inside_rad(optics: &Optics, direction: Vector) -> f64 {
+    let inside = |pixel| optics.inside_px(pixel) / optics.focal_length_px();
+    optics.earth_path().project(direction).map_or(f64::MIN, inside)
+}
+
 /// Steps of an exposure: its attitude is the mean of their middles, and at their ends the scene asks for the rate.
 pub(in crate::world) const EXPOSURE_STEPS: u32 = 32;
 
@@ -191,7 +197,9 @@ impl Trajectory {
             let seen = pixel.and_then(|pixel| optics.earth_path().unproject(pixel));
             seen.is_some_and(|d| ellipsoid.hides(apply(&transposed(&earth_path), d), 0.0))
         };
-        let state = match (shines, lit_limb_deg > 0.0) {
+        let lit =
+            lit_limb_deg > 0.0 || ellipsoid.has_lit_limb(sun, |d| inside_rad(optics, apply(&earth_path, d)));
+        let state = match (shines, lit) {
             (true, _) if in_earth_path => SensorState::SunInEarthPath,
             (true, _) if over_earth() => SensorState::SunInStarPathOverEarth,
             (true, _) => SensorState::SunInStarPath,
