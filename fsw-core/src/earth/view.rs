@@ -34,7 +34,7 @@ const BETWEEN: [[f32; 2]; 5] = [
     [0.999_990_5, 4.363_309e-3],
     [0.999_997_6, 2.181_661e-3],
     [0.999_999_4, 1.090_831e-3],
-    [0.999_999_85, 5.454_154e-4],
+    [0.999_999_8, 5.454_154e-4],
     [0.999_999_96, 2.727_077e-4],
 ];
 /// Of half a degree of azimuth the limb is on the detector in both ends or this near to it, px.
