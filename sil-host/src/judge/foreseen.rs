@@ -34,7 +34,7 @@ pub struct Agreement {
     pub share: Option<f64>,
     /// Errors of the time until the change, s.
     pub time_s: Series,
-    /// Errors of the length that the new state has, where its begin is known to [`WELL_KNOWN_S`], s.
+    /// Errors of the length that the new state has, where its begin is known to 5 s, s.
     pub length_s: Sizes,
 }
 
