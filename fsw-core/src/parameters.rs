@@ -165,10 +165,10 @@ impl Parameters {
     /// nothing changes.
     pub fn about(mut self, body: CentralBody) -> Self {
         let facts = body.facts();
-        self.orbit.body = body;
+        self.orbit = self.orbit.about(body);
         let Some(limb) = &facts.limb else { return self };
         let BodyLimb { height_km, height_sigma_km, scatter_km, scale_height_km, lommel_share, .. } = *limb;
-        let ([sigma_km, length_km], [edge_km, patch_km]) = (limb.field_km, limb.edge_km);
+        let [sigma_km, _] = limb.field_km;
         self.earth.ellipsoid =
             earth::Ellipsoid { equatorial_km: facts.radius_km as f32, polar_km: facts.polar_km as f32 };
         self.earth.limb = earth::LimbParameters {
@@ -187,19 +187,6 @@ impl Parameters {
             cell_km: share * self.earth.horizon.cell_km,
             cloud_cell_km: share * self.earth.horizon.cloud_cell_km,
             ..self.earth.horizon
-        };
-        self.orbit = OrbitParameters {
-            drag_m2_kg: if facts.air { self.orbit.drag_m2_kg } else { 0.0 },
-            height_sigma_km,
-            summer_sigma_km: 0.0,
-            tropics_km: 0.0,
-            tropics_sigma_km: 0.0,
-            field_sigma_km: sigma_km,
-            field_length_km: length_km,
-            edge_sigma_km: edge_km,
-            edge_patch_km: patch_km,
-            gravity_noise_km_s15: limb.gravity_noise_km_s15,
-            ..self.orbit
         };
         self
     }

@@ -103,6 +103,29 @@ parameter_group! {
 }
 
 impl OrbitParameters {
+    /// The same about another body: how its limb stands and what it has of the forces. About the Earth nothing
+    /// changes.
+    pub fn about(self, body: CentralBody) -> Self {
+        let facts = body.facts();
+        let Some(limb) = &facts.limb else { return Self { body, ..self } };
+        let ([field_sigma_km, field_length_km], [edge_sigma_km, edge_patch_km]) =
+            (limb.field_km, limb.edge_km);
+        Self {
+            body,
+            drag_m2_kg: if facts.air { self.drag_m2_kg } else { 0.0 },
+            height_sigma_km: limb.height_sigma_km,
+            summer_sigma_km: 0.0,
+            tropics_km: 0.0,
+            tropics_sigma_km: 0.0,
+            field_sigma_km,
+            field_length_km,
+            edge_sigma_km,
+            edge_patch_km,
+            gravity_noise_km_s15: limb.gravity_noise_km_s15,
+            ..self
+        }
+    }
+
     /// The forces of the prediction.
     pub fn forces(&self) -> Forces {
         self.dynamics.forces(self.drag_m2_kg, self.radiation_m2_kg).about(self.body)

@@ -166,11 +166,7 @@ impl Navigator {
     /// # Errors
     /// In words, where that cannot be.
     fn begun(guess: &GuessInput, observation: Observation, dynamics: Dynamics) -> Result<Self, String> {
-        let body = guess.state.body;
-        let mut flown = OrbitParameters { body, ..OrbitParameters::default() };
-        if let Some(limb) = &body.facts().limb {
-            flown.gravity_noise_km_s15 = limb.gravity_noise_km_s15;
-        }
+        let flown = OrbitParameters::default().about(guess.state.body);
         let noise = |name: &str, given: Option<f32>, flown: f32| match given {
             Some(noise) if !(0.0..=1e-3).contains(&noise) => Err(format!("{name} must be 0 to 1e-3")),
             given => Ok(given.unwrap_or(flown)),

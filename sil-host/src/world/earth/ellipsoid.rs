@@ -139,30 +139,30 @@ impl Ellipsoid {
         })
     }
 
+    /// How many degrees of azimuth about the Earth's centre they are.
+    pub fn lit_limb_deg(&self, sun: Vector, on_detector: impl Fn(Vector) -> bool) -> f64 {
+        self.lit_limb(sun, on_detector).count() as f64 * 360.0 / f64::from(AZIMUTHS)
+    }
+
     /// Whether any of the limb is lit by as much and lies where `inside_rad` of the way to it is positive,
     /// however little of it.
     pub fn has_lit_limb(&self, sun: Vector, inside_rad: impl Fn(Vector) -> f64) -> bool {
         let at = self.limb_at();
         // The Sun above the elevation, or how far inside, the less of both.
-        let margin = |azimuth: f64| {
-            let (normal, place) = at(libm::sincos(azimuth));
+        let margin = |azimuth| {
+            let (normal, place) = at(azimuth);
             (dot(normal, sun) - LIT_SINE).min(inside_rad(minus(place, self.position)))
         };
-        let step = TAU / f64::from(AZIMUTHS);
-        let of = |azimuth: f64| (margin(azimuth), azimuth);
         let greater = |a: (f64, f64), b: (f64, f64)| if b.0 > a.0 { b } else { a };
-        let mut best = (0..AZIMUTHS).map(|k| of(step * f64::from(k))).fold((f64::MIN, 0.0), greater);
+        let all = (0..).zip(CIRCLE.iter()).map(|(step, azimuth)| (margin(*azimuth), f64::from(step)));
+        let mut best = all.fold((f64::MIN, 0.0), greater);
         // The last of it lies between two of these.
+        let between = |step: f64| (margin(libm::sincos(TAU * step / f64::from(AZIMUTHS))), step);
         for halvings in 1..=BETWEEN {
-            let beside = step / f64::from(1 << halvings);
-            best = [best.1 - beside, best.1 + beside].map(of).into_iter().fold(best, greater);
+            let beside = 1.0 / f64::from(1 << halvings);
+            best = [best.1 - beside, best.1 + beside].map(between).into_iter().fold(best, greater);
         }
         best.0 > 0.0
-    }
-
-    /// How many degrees of azimuth about the Earth's centre they are.
-    pub fn lit_limb_deg(&self, sun: Vector, on_detector: impl Fn(Vector) -> bool) -> f64 {
-        self.lit_limb(sun, on_detector).count() as f64 * 360.0 / f64::from(AZIMUTHS)
     }
 }
 
