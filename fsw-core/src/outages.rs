@@ -58,6 +58,13 @@ pub enum SensorState {
     SunInStarPathOverEarth = 4,
 }
 
+impl SensorState {
+    /// Whether it is the limb that it tells of, not the Sun.
+    fn rests_on_limb(self) -> bool {
+        matches!(self, Self::Full | Self::Eclipse)
+    }
+}
+
 /// Law by which the Earth path is pointed.
 #[derive(Clone, Copy, Debug)]
 pub enum PointingLaw {
@@ -147,15 +154,7 @@ impl Forecast<'_> {
     /// The sensor's state at a state of the orbit; `None` where that is none of a satellite (inside the
     /// Earth, straight up).
     pub fn state(&self, orbit: &OrbitState) -> Option<SensorState> {
-        let path = self.pointing.earth_path(self.forces.body, orbit)?;
-        let bodies = Bodies::at(self.forces.body, orbit.time_us);
-        let to_sun = (bodies.sun_km - orbit.position_km).map(|axis| (axis / AU_KM) as f32);
-        let sun: Direction<EarthPath> = path.apply(&Direction::new(to_sun)?);
-        let pole = path.apply(&Direction::new(bodies.pole.map(|axis| axis as f32))?);
-        let body = Body::at_height(&pole, Some(&sun), &self.earth.ellipsoid, 0.0);
-        let centre_km: Vector3<f32> = path.matrix() * orbit.position_km.map(|axis| -axis as f32);
-        let view = View::new(&centre_km, &body)?;
-
+        let (view, sun) = self.view(orbit)?;
         let in_star_path = self.star_to_earth.inverse().apply(&sun);
         let hidden = || view.hides_disc(&sun, SUN_RADIUS_RAD);
         let (star_field, earth_field) =
@@ -172,8 +171,26 @@ impl Forecast<'_> {
                 false => SensorState::SunInStarPath,
             });
         }
-        let lit = view.has_lit_limb(self.camera, self.earth);
+        let lit = view.lit_margin_rad(self.camera, self.earth, 0.0) > 0.0;
         Some(if lit { SensorState::Full } else { SensorState::Eclipse })
+    }
+
+    /// How much of the limb in the field is lit, see [`View::lit_margin_rad`].
+    fn lit_margin_rad(&self, orbit: &OrbitState) -> Option<f32> {
+        let (view, _) = self.view(orbit)?;
+        Some(view.lit_margin_rad(self.camera, self.earth, f32::INFINITY))
+    }
+
+    /// The body and the Sun as the Earth path sees them.
+    fn view(&self, orbit: &OrbitState) -> Option<(View, Direction<EarthPath>)> {
+        let path = self.pointing.earth_path(self.forces.body, orbit)?;
+        let bodies = Bodies::at(self.forces.body, orbit.time_us);
+        let to_sun = (bodies.sun_km - orbit.position_km).map(|axis| (axis / AU_KM) as f32);
+        let sun: Direction<EarthPath> = path.apply(&Direction::new(to_sun)?);
+        let pole = path.apply(&Direction::new(bodies.pole.map(|axis| axis as f32))?);
+        let body = Body::at_height(&pole, Some(&sun), &self.earth.ellipsoid, 0.0);
+        let centre_km: Vector3<f32> = path.matrix() * orbit.position_km.map(|axis| -axis as f32);
+        Some((View::new(&centre_km, &body)?, sun))
     }
 
     /// Goes on from `orbit`, whose state is `state`, to the first whole second in which it is another one, at

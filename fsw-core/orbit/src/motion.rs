@@ -9,7 +9,7 @@
 use super::OrbitState;
 use super::body::CentralBody;
 use super::factor::{Factor, MOTION, POSITION, VELOCITY};
-use fsw_ground::matrix::{dot, dot_slices, scaled};
+use fsw_ground::matrix::{cross, dot, dot_slices, scaled};
 use nalgebra::{Matrix3, Vector3};
 
 /// Half of √3.
@@ -64,10 +64,29 @@ impl MotionCovariance {
         for (place, element) in late.iter_mut().zip(velocity) {
             *place = (-element / square) as f32;
         }
-        let covariance = |one: &[f32], other: &[f32]| {
-            self.0.iter().zip(one).fold(0.0, |sum, (row, element)| sum + element * dot_slices(row, other))
+        Timing([self.along(&late, &late), self.along(&late, &behind), self.along(&behind, &behind)])
+    }
+
+    /// Sigma of how far the satellite is across the plane of its orbit, rad seen from the body's centre: root
+    /// of the mean square over a revolution of a circle, for the state whose covariance this is.
+    pub fn across_rad(&self, OrbitState { position_km, velocity_km_s, .. }: &OrbitState) -> f32 {
+        let normal = cross(position_km, velocity_km_s);
+        let square = dot(&normal, &normal);
+        let variance = |place: usize, length: &Vector3<f64>| {
+            let scale = 1.0 / libm::sqrt(square * dot(length, length));
+            let mut row = [0.0; MOTION];
+            for (element, axis) in row.iter_mut().skip(place).zip(&normal) {
+                *element = (scale * axis) as f32;
+            }
+            self.along(&row, &row)
         };
-        Timing([covariance(&late, &late), covariance(&late, &behind), covariance(&behind, &behind)])
+        let both = variance(POSITION, position_km) + variance(VELOCITY, velocity_km_s);
+        libm::sqrtf((0.5 * both).max(0.0))
+    }
+
+    /// Covariance of two sums of the state's elements, each by its weights.
+    fn along(&self, one: &[f32; MOTION], other: &[f32; MOTION]) -> f32 {
+        self.0.iter().zip(one).fold(0.0, |sum, (row, weight)| sum + weight * dot_slices(row, other))
     }
 
     /// That of a filter's state.

@@ -226,10 +226,11 @@ impl View {
         Direction::new(self.radial(azimuth) * sine - axis * cosine)
     }
 
-    /// Whether any of the limb on the detector is lit, however little.
-    pub fn has_lit_limb(&self, camera: &Camera, parameters: &EarthParameters) -> bool {
+    /// How much of the limb on the detector is lit, as an angle, rad: of how far a point of it is inside the
+    /// field, and its Sun above the elevation from which it is lit, the less; of all points the most. None is
+    /// lit where it is not positive. The search ends with a point that has more than `enough_rad`.
+    pub fn lit_margin_rad(&self, camera: &Camera, parameters: &EarthParameters, enough_rad: f32) -> f32 {
         let lit = sine_cosine(parameters.light.lit_deg.to_radians()).0;
-        // How far inside the field, or the Sun above the elevation, the less of both, rad.
         let margin = |azimuth| {
             let limb = self.project_limb(azimuth, camera, -NEAR_PX);
             limb.map_or(f32::NEG_INFINITY, |(at_px, sun_sine)| {
@@ -239,8 +240,8 @@ impl View {
         let mut azimuth = [1.0, 0.0];
         let mut best = (margin(azimuth), azimuth);
         for _ in 1..AZIMUTHS {
-            if best.0 > 0.0 {
-                return true;
+            if best.0 > enough_rad {
+                return best.0;
             }
             azimuth = add_angles(azimuth, NEXT_AZIMUTH);
             let here = margin(azimuth);
@@ -248,7 +249,7 @@ impl View {
                 best = (here, azimuth);
             }
         }
-        // The last of it lies between two of these.
+        // The most lies between two of these.
         for [cosine, sine] in BETWEEN {
             let middle = best.1;
             for beside in [add_angles(middle, [cosine, sine]), add_angles(middle, [cosine, -sine])] {
@@ -258,7 +259,7 @@ impl View {
                 }
             }
         }
-        best.0 > 0.0
+        best.0
     }
 
     /// Whether a disc of `radius_rad` about a direction is hidden whole.

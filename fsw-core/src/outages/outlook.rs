@@ -5,6 +5,9 @@
 //! after two changes, the begin and the end of an outage, or after a revolution: what does not come within one
 //! comes with the season.
 //!
+//! Between full and eclipse it is then asked how fast the lit limb goes or comes: above the terminator ten
+//! times slower than the satellite goes round, and its time is as much worse known.
+//!
 //! A state that lasts no longer than a step may be passed over.
 
 use super::{Forecast, SensorState};
@@ -18,6 +21,9 @@ const STEPS: f64 = 1200.0;
 /// Longest step, s: that of a propagation.
 const LONGEST_S: f64 = MAX_SPAN_US as f64 / MICROSECONDS;
 
+/// Seconds after a change in which the pace of the lit limb is measured.
+const PACE_S: u8 = 16;
+
 /// A change of the sensor's state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
@@ -26,6 +32,14 @@ pub struct Change {
     pub time_us: i64,
     /// What it is then.
     pub state: SensorState,
+    /// How fast the lit limb goes or comes, rad/s, where it is that which changes: an angle by which the Sun,
+    /// the body or the field is elsewhere shifts the time by no more than itself over this.
+    pub pace_rad_s: Option<f32>,
+}
+
+/// The orbit so many seconds later.
+fn after(forecast: &Forecast<'_>, orbit: &OrbitState, seconds: u16) -> Result<OrbitState, PropagationError> {
+    forecast.forces.propagate(orbit, i64::from(seconds) * MICROSECONDS as i64)
 }
 
 /// A look ahead under way.
@@ -63,14 +77,17 @@ impl Outlook {
         })
     }
 
-    /// Goes on by one propagation and one state of the sensor.
+    /// Goes on by one propagation and one state of the sensor, or by the pace of a change.
     ///
     /// # Errors
     /// When the orbit leaves the bounds of the dynamics, or has no state there.
     pub fn step(&mut self, forecast: &Forecast<'_>) -> Result<(), PropagationError> {
+        if self.bracket_s == 1 {
+            return self.change(forecast);
+        }
         let (from, state) = &self.reached;
-        let span_s = if self.bracket_s > 0 { self.bracket_s / 2 } else { self.step_s }.max(1);
-        let orbit = forecast.forces.propagate(from, i64::from(span_s) * MICROSECONDS as i64)?;
+        let span_s = if self.bracket_s > 0 { self.bracket_s / 2 } else { self.step_s };
+        let orbit = after(forecast, from, span_s)?;
         let there = (orbit, forecast.state(&orbit).ok_or(PropagationError::Impossible)?);
         if there.1 == *state {
             self.reached = there;
@@ -79,13 +96,24 @@ impl Outlook {
             self.beyond = there;
             self.bracket_s = span_s;
         }
-        if self.bracket_s == 1 {
-            let (orbit, state) = self.beyond;
-            if let Some(place) = self.found.iter_mut().find(|place| place.is_none()) {
-                *place = Some(Change { time_us: orbit.time_us, state });
-            }
-            (self.reached, self.bracket_s) = (self.beyond, 0);
+        Ok(())
+    }
+
+    /// Notes the change that is known to the second, and goes on from it.
+    fn change(&mut self, forecast: &Forecast<'_>) -> Result<(), PropagationError> {
+        let ((_, before), (orbit, state)) = (self.reached, self.beyond);
+        let pace_rad_s = if before.rests_on_limb() && state.rests_on_limb() {
+            let later = after(forecast, &orbit, PACE_S.into())?;
+            let margin_rad = forecast.lit_margin_rad(&later).ok_or(PropagationError::Impossible)?;
+            // A limb that is out of sight by then goes faster than can be told.
+            Some(libm::fabsf(margin_rad) / f32::from(PACE_S)).filter(|pace| pace.is_finite())
+        } else {
+            None
+        };
+        if let Some(place) = self.found.iter_mut().find(|place| place.is_none()) {
+            *place = Some(Change { time_us: orbit.time_us, state, pace_rad_s });
         }
+        (self.reached, self.bracket_s) = (self.beyond, 0);
         Ok(())
     }
 

@@ -137,11 +137,56 @@ fn an_outlook_finds_the_next_two_changes_to_the_second() {
         let at = |count: usize| slowly[..count].iter().map(|(_, seconds)| seconds).sum::<i64>();
         let found = outlook.found().map(|change| change.unwrap());
         for (change, count) in found.iter().zip([1, 2]) {
+            // The Sun's coming and going has none.
+            let limb = |state: SensorState| state.rests_on_limb();
+            assert_eq!(change.pace_rad_s.is_some(), limb(slowly[count].0) && limb(slowly[count - 1].0));
             assert_eq!(change.time_us, first.time_us + at(count) * 1_000_000, "{slowly:?}");
             assert_eq!(change.state, slowly[count].0);
         }
         std::println!("{radius_km} km: {steps} steps for {} s", at(2));
         assert!(steps < 1_300);
+    }
+}
+
+#[test]
+fn the_pace_of_the_limb_bounds_by_how_much_a_lower_sun_shifts_an_eclipse() {
+    let camera = camera();
+    let sun = Bodies::at(CentralBody::Earth, EQUINOX_US).sun_km.normalize();
+    let up = Vector3::new(0.0, 0.0, 1.0);
+    let radius_km = 7_176.0;
+    // The angle between the Sun and the normal of the orbit: nearly above the terminator, and nearly not.
+    for (normal_deg, least, most) in [(8.5f64, 0.05, 0.3), (45.0, 0.4, 1.0), (80.0, 0.7, 1.2)] {
+        let normal = sun * normal_deg.to_radians().cos() + up * normal_deg.to_radians().sin();
+        let begin = normal.cross(&up).normalize();
+        let first = OrbitState {
+            time_us: EQUINOX_US,
+            position_km: begin * radius_km,
+            velocity_km_s: normal.cross(&begin) * libm::sqrt(EARTH.mu_km3_s2 / radius_km),
+        };
+        // Lit from two elevations of the Sun.
+        let [(low, pace), (high, _)] = [3.0, 3.5].map(|lit_deg| {
+            let mut earth = EarthParameters::default();
+            earth.light.lit_deg = lit_deg;
+            let law = PointingLaw::Horizon { below_rad: 0.0, roll_rad: core::f32::consts::FRAC_PI_2 };
+            let forecast = forecast(&camera, &earth, law);
+            let mut outlook = Outlook::new(&forecast, &first).unwrap();
+            while !outlook.is_over() {
+                outlook.step(&forecast).unwrap();
+            }
+            let mut changes = outlook.found().map(|change| change.unwrap()).into_iter();
+            let eclipse = changes.find(|change| change.state == SensorState::Eclipse).unwrap();
+            (eclipse.time_us, f64::from(eclipse.pace_rad_s.unwrap()))
+        });
+        let sooner_s = (low - high) as f64 * 1e-6;
+        let expected_s = (3.5f64.to_radians().sin() - 3.0f64.to_radians().sin()) / pace;
+        let circling_rad_s = libm::sqrt(EARTH.mu_km3_s2 / (radius_km * radius_km * radius_km));
+        std::println!(
+            "{normal_deg} deg: pace {:.2} of the satellite's, {sooner_s} s sooner, {expected_s:.1} at most",
+            pace / circling_rad_s,
+        );
+        assert!((least..most).contains(&(pace / circling_rad_s)));
+        // A part of the angle goes into the limb beside the field where both bound it: at most half.
+        assert!((0.5 * expected_s - 1.0..expected_s + 1.0).contains(&sooner_s));
     }
 }
 

@@ -30,6 +30,8 @@ const FAR_BETTER: f32 = 3.0;
 const COMPARED_S: f32 = 3000.0;
 /// Variance of whole seconds in place of times, s²: of what is foreseen, and of what comes.
 const WHOLE_S2: f32 = 2.0 / 12.0;
+/// Slowest pace of a lit limb that is believed, of that of the satellite.
+const SLOWEST: f32 = 0.01;
 /// Errors of the Sun's direction, of the mounting and of the attitude, rad: 0.008 deg.
 const DIRECTION_RAD: f32 = 1.4e-4;
 
@@ -41,6 +43,8 @@ struct Basis {
     timing: Timing,
     /// Rate at which the satellite goes about the body.
     circling_rad_s: f32,
+    /// Sigma of how far across the orbit's plane it is.
+    across_rad: f32,
 }
 
 impl Basis {
@@ -51,10 +55,13 @@ impl Basis {
         libm::sqrtf(dot(&angle_rad, &angle_rad))
     }
 
-    /// Sigma of a time that is `ahead_s` after the begin, of an attitude that has left its law by `off_rad`.
-    fn sigma_s(&self, ahead_s: f32, off_rad: f32) -> f32 {
+    /// Sigma of the time of what comes `ahead_s` after the begin at a pace, of an attitude that has left its
+    /// law by `off_rad`.
+    fn sigma_s(&self, ahead_s: f32, off_rad: f32, pace_rad_s: Option<f32>) -> f32 {
+        let pace_rad_s = pace_rad_s.unwrap_or(self.circling_rad_s);
         let orbit_s = self.timing.sigma_s(ahead_s);
-        let directions_s = hypotenuse(DIRECTION_RAD, off_rad) / self.circling_rad_s;
+        let angle_rad = hypotenuse(hypotenuse(DIRECTION_RAD, off_rad), self.across_rad);
+        let directions_s = angle_rad / pace_rad_s.max(SLOWEST * self.circling_rad_s);
         libm::sqrtf(orbit_s * orbit_s + directions_s * directions_s + WHOLE_S2)
     }
 }
@@ -126,7 +133,11 @@ impl Sensor<'_> {
         Some(NextState {
             state: first.state,
             in_s: seconds(orbit.time_us, first.time_us),
-            sigma_s: basis.sigma_s(seconds(basis.begun_us, first.time_us) as f32, off_rad(&basis)),
+            sigma_s: basis.sigma_s(
+                seconds(basis.begun_us, first.time_us) as f32,
+                off_rad(&basis),
+                first.pace_rad_s,
+            ),
             lasts_s: second.map(|second| seconds(first.time_us, second.time_us)),
         })
     }
@@ -147,7 +158,8 @@ impl Sensor<'_> {
             forces: Forces::J2.about(self.parameters.orbit.body),
         };
         let good = |than: &Basis| {
-            FAR_BETTER * basis.sigma_s(COMPARED_S, 0.0) > than.sigma_s(COMPARED_S, off_rad(than))
+            let now_s = basis.sigma_s(COMPARED_S, 0.0, None);
+            FAR_BETTER * now_s > than.sigma_s(COMPARED_S, off_rad(than), None)
         };
         let mut foreseen = self.forecasting.foreseen.filter(|foreseen| good(&foreseen.basis));
         let mut under_way = self.forecasting.under_way.filter(|(of, _)| good(of));
@@ -177,7 +189,9 @@ impl Sensor<'_> {
             true => PointingLaw::Inertial(local_axes(orbit)?.then(local)),
             false => PointingLaw::Local(*local),
         };
-        let timing = self.orbit.motion_covariance()?.timing(self.parameters.orbit.body, orbit);
-        Some(Basis { law, begun_us: *time_us, timing, circling_rad_s })
+        let covariance = self.orbit.motion_covariance()?;
+        let timing = covariance.timing(self.parameters.orbit.body, orbit);
+        let across_rad = covariance.across_rad(orbit);
+        Some(Basis { law, begun_us: *time_us, timing, circling_rad_s, across_rad })
     }
 }
