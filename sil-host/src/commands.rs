@@ -2,7 +2,7 @@
 //! status.
 //!
 //! The campaigns have a room of their own, [`crate::campaign`]. A new command is a file here, a variant of
-//! [`Command`] and a line in [`obey`]; one of another program is shown in `sil-host/examples/extended.rs`.
+//! [`Command`] and a line in [`obey`]; one of another program is shown in `sil-host/examples/extended`.
 
 pub mod attitude;
 pub mod budget;

@@ -52,6 +52,8 @@ pub struct Summary {
     pub seed: u64,
     /// Instant of the first second, TT since J2000, s.
     pub start_t_s: f64,
+    /// What is flown about, as a scenario names it.
+    pub body: &'static str,
     /// Whether every limit was kept.
     pub kept: bool,
     /// The limits.
@@ -141,6 +143,7 @@ pub fn fly_into(scenario: &Scenario, folder: &Path, command: &str, json: bool) -
         scenario: scenario.name.clone(),
         seed: scenario.seed,
         start_t_s: scenario.start_us as f64 * 1e-6,
+        body: scenario.forces.body.name(),
         kept: limits.iter().all(|verdict| verdict.kept),
         limits,
         figures,

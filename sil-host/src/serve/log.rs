@@ -13,7 +13,7 @@ use crate::world::time::civil_time;
 use fsw_core::orbit::body::CentralBody;
 use fsw_core::telemetry::{self, Report};
 use fsw_hal::Window;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// What a run is.
@@ -38,9 +38,13 @@ pub struct Title {
     /// Instant of the first second, TT since J2000, us.
     #[serde(skip)]
     pub start_us: i64,
-    /// What is flown about; of a recorded run, which does not say it, the Earth.
-    #[serde(skip)]
+    /// What is flown about.
+    #[serde(serialize_with = "name")]
     pub body: CentralBody,
+}
+
+fn name<S: Serializer>(body: &CentralBody, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(body.name())
 }
 
 impl Title {

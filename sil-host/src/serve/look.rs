@@ -81,7 +81,8 @@ struct SkyLook {
     field: Vec<Vector>,
     earth_field: Vec<Vector>,
     sun: Vector,
-    moon: Vector,
+    /// What pulls beside the Sun: of the Earth the Moon, of the Moon the Earth, of Mars nothing.
+    neighbour: Option<Vector>,
     /// The Earth's centre and its limb.
     earth: Vector,
     limb: Vec<Vector>,
@@ -178,15 +179,13 @@ fn sky_look(about: CentralBody, place: &Place, world: Option<&World>) -> SkyLook
     let earth_field = world.zip(earth_path).map(|(world, path)| field(&path, &world.optics().earth_path()));
     let ellipsoid = ellipsoid(about, place);
     let limb = ellipsoid.limb().step_by(LIMB_EVERY);
-    // Of Mars, which has none, the Sun's place serves.
-    let neighbour = body::neighbour(about, place.instant_us)
-        .map_or_else(|| body::sun_km(about, place.instant_us), |(km, _)| km);
+    let neighbour = body::neighbour(about, place.instant_us);
     SkyLook {
         boresight: short(star_path[2]),
         field: world.map_or_else(Vec::new, |world| field(&star_path, world.optics())),
         earth_field: earth_field.unwrap_or_default(),
         sun: short(unit(body::sun_km(about, place.instant_us))),
-        moon: short(unit(minus(neighbour, place.position_km))),
+        neighbour: neighbour.map(|(km, _)| short(unit(minus(km, place.position_km)))),
         earth: short(unit(times(-1.0, place.position_km))),
         limb: limb.map(|(_, point)| short(unit(minus(point, place.position_km)))).collect(),
     }

@@ -37,8 +37,15 @@ struct Summary {
     scenario: String,
     seed: u64,
     start_t_s: f64,
+    /// What was flown about; a run of before this was told flew about the Earth.
+    #[serde(default = "earth")]
+    body: String,
     kept: bool,
     limits: Vec<Limit>,
+}
+
+fn earth() -> String {
+    CentralBody::Earth.name().to_owned()
 }
 
 #[derive(Debug, Deserialize)]
@@ -60,8 +67,12 @@ pub fn open(run: u32, folder: &Path, scenarios: &[Scenario]) -> Result<Run, Host
         let what = format!("start_t_s: {} is no instant of a run", summary.start_t_s);
         return Err(HostError::input(&summary_path, None, what, TO_DO));
     }
+    let body = CentralBody::of_name(&summary.body).ok_or_else(|| {
+        let what = format!("body: {:?} is none that is known", summary.body);
+        HostError::input(&summary_path, None, what, TO_DO)
+    })?;
     let start_us = libm::round(summary.start_t_s * 1e6) as i64;
-    let mut seconds = seconds(&folder.join("cycles.csv"), start_us)?;
+    let mut seconds = seconds(&folder.join("cycles.csv"), Ground::new(body, start_us), start_us)?;
     add_reports(&folder.join("telemetry.bin"), &mut seconds)?;
     let scenario = scenarios
         .iter()
@@ -80,7 +91,7 @@ pub fn open(run: u32, folder: &Path, scenarios: &[Scenario]) -> Result<Run, Host
         gyro: scenario.as_ref().is_some_and(|scenario| scenario.gyro.is_some()),
         folder: Some(folder.display().to_string()),
         start_us,
-        body: CentralBody::Earth,
+        body,
     };
     let faults = scenario.as_ref().map_or_else(Vec::new, |scenario| scenario.faults.clone());
     let world = world(scenario, &seconds);
@@ -94,7 +105,7 @@ fn unread(path: &Path, error: &std::io::Error) -> HostError {
 }
 
 /// The seconds of a `cycles.csv`, without reports.
-fn seconds(path: &Path, start_us: i64) -> Result<Vec<Logged>, HostError> {
+fn seconds(path: &Path, ground: Ground, start_us: i64) -> Result<Vec<Logged>, HostError> {
     let file = File::open(path).map_err(|error| unread(path, &error))?;
     let mut reader = csv::Reader::from_reader(std::io::BufReader::new(file));
     let refused = |error: csv::Error| HostError::input(path, None, error.to_string(), TO_DO);
@@ -109,7 +120,6 @@ fn seconds(path: &Path, start_us: i64) -> Result<Vec<Logged>, HostError> {
     let position = columns(["true_x_km", "true_y_km", "true_z_km"], column)?;
     let cycle = column("cycle")?;
     let places = row::places(header.iter());
-    let ground = Ground::new(CentralBody::Earth, start_us);
     let mut seconds = Vec::new();
     for record in reader.records() {
         let record = record.map_err(refused)?;

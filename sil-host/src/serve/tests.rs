@@ -1,5 +1,6 @@
 use super::*;
 use crate::commands::run::fly_into;
+use fsw_core::orbit::body::CentralBody;
 use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -247,6 +248,16 @@ fn a_folder_that_is_no_run_is_refused_where_it_is_wrong() {
     let start = (scenario.start_us as f64 * 1e-6).to_string();
     let never = with("summary.json", &|text| text.replace(&start, "9e99"));
     assert!(never.contains("summary.json") && never.contains("start_t_s"), "{never}");
+    let nowhere = with("summary.json", &|text| text.replace(r#""body": "earth""#, r#""body": "pluto""#));
+    assert!(nowhere.contains("summary.json") && nowhere.contains("pluto"), "{nowhere}");
+    // What is flown about; a run that does not say it flew about the Earth.
+    let summary = folder.join("summary.json");
+    let whole = std::fs::read_to_string(&summary).unwrap();
+    for (said, body) in [(r#""body": "moon","#, CentralBody::Moon), ("", CentralBody::Earth)] {
+        std::fs::write(&summary, whole.replace(r#""body": "earth","#, said)).unwrap();
+        assert_eq!(open().unwrap().ground.body(), body);
+    }
+    std::fs::write(&summary, whole).unwrap();
     assert!(open().unwrap().world.is_ok());
     // Of another orbit the frames would be another run's.
     let other = Scenario { position_km: scenario.position_km.map(|km| 1.001 * km), ..scenario.clone() };

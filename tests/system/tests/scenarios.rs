@@ -305,5 +305,5 @@ fn memory_does_not_grow_with_the_run() {
 
 #[test]
 fn an_effect_a_figure_and_a_command_of_ones_own_are_a_few_lines() {
-    cargo(&["run", "--release", "--locked", "-p", "sil-host", "--example", "extended", "--", "ghost"]);
+    cargo(&["run", "--release", "--locked", "-p", "extended", "--", "ghost"]);
 }

@@ -10,6 +10,7 @@ import { clock, short } from "/svg.js";
 import {
   answer,
   ATTITUDE,
+  BODIES,
   columns,
   events,
   MODE_WORDS,
@@ -54,6 +55,7 @@ function begin(title) {
   $("scenario").textContent = title.scenario;
   $("seed").textContent = `seed ${title.seed}`;
   $("source").textContent = title.folder ? `recorded: ${title.folder}` : "live";
+  $("body").textContent = BODIES[title.body].name;
   $("utc").textContent = `${title.start_utc.replace("T", " ")} UTC`;
   $("cursor").max = title.duration_s - 1;
   if (!title.folder) {
@@ -207,8 +209,9 @@ async function show(seen, picture, why) {
     `T+${clock(look.cycle)}: ${look.reported ? found : "stars not kept"}${read}`;
   $("utc").textContent = `${look.utc.replace("T", " ")} UTC`;
   earthDisc($("disc"), look);
-  sky($("sky"), look, stars);
-  globe($("globe"), look, coast, track(look.cycle));
+  const { body } = run.state.run;
+  sky($("sky"), look, stars, BODIES[body]);
+  globe($("globe"), look, body === "earth" ? coast : [], track(look.cycle));
   $("below").textContent = `${place(look.globe.below_deg)}, ${short(look.globe.altitude_km)} km high`;
   figures(run.rows[look.cycle]);
 }
@@ -227,7 +230,7 @@ function figures(row) {
   if (!row) return;
   $("cycle").textContent = `number ${of(row, "cycle")}`;
   $("figures").replaceChildren();
-  for (const [name, value, as] of numbers(row, look)) {
+  for (const [name, value, as] of numbers(row, look, BODIES[run.state.run.body])) {
     const [head, cell] = ["th", "td"].map((tag) => document.createElement(tag));
     head.scope = "row";
     [head.textContent, cell.textContent, cell.className] = [name, value, as];

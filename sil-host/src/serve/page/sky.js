@@ -103,16 +103,17 @@ function background(stars) {
   return text;
 }
 
-/** The map; `stars` are those of its background: direction and V. */
-export function sky(svg, look, stars) {
+/** The map; `stars` are those of its background: direction and V; `body` is what is flown about. */
+export function sky(svg, look, stars, body) {
   behind ||= background(stars);
-  const { field, earth_field, sun, moon, earth, boresight } = look.sky;
+  const { field, earth_field, sun, neighbour, earth, boresight } = look.sky;
   let text = behind + line("earth-field", earth_field, true) + line("field", field, true);
   for (const { direction } of look.stars.filter((star) => star.direction)) {
     const [cx, cy] = onSky(direction);
     text += shape("circle", "used", { cx, cy, r: 1.3 });
   }
-  text += mark("earth", earth, 0, "Earth") + mark("moon", moon, 3, "Moon") + mark("sun", sun, 4.5, "Sun");
+  text += mark("earth", earth, 0, body.name) + mark("sun", sun, 4.5, "Sun");
+  if (neighbour) text += mark("moon", neighbour, 3, body.neighbour);
   const [x, y] = onSky(boresight).map((part) => part.toFixed(1));
   text += shape("path", "boresight", { d: `M${x} ${y}m-4 0h8m-4 -4v8` });
   svg.innerHTML = text;

@@ -14,6 +14,13 @@ export const MODE_WORDS = {
   safe: "Safe",
 };
 
+/** What is flown about, by the run's word for it, and what goes round with it. */
+export const BODIES = {
+  earth: { name: "Earth", neighbour: "Moon" },
+  moon: { name: "Moon", neighbour: "Earth" },
+  mars: { name: "Mars" },
+};
+
 /** Places of the columns in a row, by name. */
 export const columns = {};
 
@@ -72,8 +79,8 @@ export function answer(row) {
   return { words, grade: !right ? "bad" : attitude[0] === null ? "doubt" : "good" };
 }
 
-/** The numbers of a second: what, value, how it is to be taken. */
-export function numbers(row, look) {
+/** The numbers of a second: what, value, how it is to be taken; `body` is flown about. */
+export function numbers(row, look, body) {
   const triple = (values) => (values[0] === null ? "–" : values.map(short).join(", "));
   const mode = MODE_WORDS[of(row, "mode")] ?? of(row, "mode");
   const right = of(row, "mode_right"),
@@ -87,7 +94,7 @@ export function numbers(row, look) {
     ["Stars", `${of(row, "stars")} of ${of(row, "detections")} spots, ${of(row, "status")}`, ""],
     ["Wrong names", look.log10_false === null ? "–" : `1 in 10^${Math.round(-look.log10_false)}`, ""],
     ["Rate, deg/s", short(look.rate_deg_s), ""],
-    ["Earth", `${of(row, "earth_status")}, lit limb ${short(of(row, "lit_limb_deg"))}°`, ""],
+    [body.name, `${of(row, "earth_status")}, lit limb ${short(of(row, "lit_limb_deg"))}°`, ""],
     [
       "Its centre",
       look.earth ? `${short(look.earth.distance_km)} ± ${short(look.earth.sigma_km)} km` : "–",
