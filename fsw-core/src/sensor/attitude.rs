@@ -58,6 +58,9 @@ impl Sensor<'_> {
                 return false;
             }
         }
+        if self.turning.is_of_lines() {
+            widen(&mut sigma_rad, self.turning.middle_sigma_rad(self.exposure_us).into());
+        }
         (self.former, self.likeliest) = (Some(attitude), None);
         self.motion.trust_again(&attitude, &sigma_rad, image);
         let updated =

@@ -179,6 +179,15 @@ impl Turning {
         self.of_lines
     }
 
+    /// How far the middles of lines are from the mean of the turn within an exposure of so many microseconds
+    /// where it changes meanwhile, as it possibly does: one sigma about every axis, rad. At a constant change
+    /// `a` the ends are `a T² / 8` beside the place of mid-exposure, the mean `a T² / 24`.
+    pub(super) fn middle_sigma_rad(&self, exposure_us: u32) -> Vector3<f32> {
+        let exposure_s = exposure_us as f32 * 1e-6;
+        let change = self.history.possible_change().copied().unwrap_or_default();
+        change * (exposure_s * exposure_s / 12.0)
+    }
+
     /// Whether the next image is searched for lines.
     pub(super) fn seeks_streaks(&self) -> bool {
         self.next.seeks
