@@ -154,6 +154,8 @@ pub struct Sensor<'c> {
     orbit: OrbitFilter,
     shutting: Shutting,
     forecasting: forecasting::Forecasting,
+    /// Stars that windows showed in the last image in which they were sought.
+    stars_followed: usize,
     /// Attitudes in a row that contradict the rate sensor.
     rate_sensor_doubts: u8,
     magnetism: Magnetism,
@@ -242,6 +244,7 @@ impl<'c> Sensor<'c> {
             orbit: OrbitFilter::new(),
             shutting: Shutting::default(),
             forecasting: forecasting::Forecasting::default(),
+            stars_followed: 0,
             rate_sensor_doubts: 0,
             magnetism: Magnetism::default(),
             fixed_us: 0,
