@@ -74,7 +74,8 @@ pub struct RateHistory {
     /// By how much the rate changes in a second, one sigma about every axis, rad/s; `None` until two mean
     /// rates were compared.
     change: Option<Vector3<f32>>,
-    /// By how much it may change in a second, one sigma about every axis, rad/s.
+    /// By how much it may change in the next second, one sigma about every axis, rad/s: at the crest of a slew
+    /// two images differ by little, so that what was possible before them is forgotten slowly.
     possible: Option<Vector3<f32>>,
     /// The rate that was found, where its sense was known.
     known: Option<Estimate>,
@@ -104,7 +105,7 @@ impl RateHistory {
         self.known.as_ref().map(|(rate, _)| rate)
     }
 
-    /// By how much the rate of the last image's streaks may change in a second, one sigma about every axis,
+    /// By how much the rate of the last image's streaks may change in the next second, one sigma about every axis,
     /// rad/s; `None` of stars.
     pub fn possible_change(&self) -> Option<&Vector3<f32>> {
         self.possible.as_ref()
@@ -152,7 +153,10 @@ impl RateHistory {
         self.known = sure.then_some(estimate.0);
         self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
         self.change = observed.map_or(before.change, |_| Some(change));
-        self.possible = Some(change);
+        self.possible = Some(match before.possible {
+            Some(before) => change.sup(&(before * CHANGE_KEPT)),
+            None => change.sup(&slew_change(&compared.rate)),
+        });
         self.streaks = Some(decision.rate);
         // The last image's rate counts only if its sense was known, or if its agreement is evidence by
         // itself.
@@ -357,6 +361,11 @@ fn observed_change(
     Some(change_between(decision.mean.as_ref()?, last, compared.elapsed_s))
 }
 
+/// By how much a rate of which nothing else is known may change in a second, one sigma about every axis, rad/s.
+fn slew_change(rate: &RateFit) -> Vector3<f32> {
+    Vector3::repeat((SLEW_CHANGE_SHARE * rate.rad_s.norm()).max(SLEW_CHANGE))
+}
+
 /// By how much the rate may change in a second, one sigma about every axis, rad/s: as that of a free body, or
 /// where that is more, as in a slew, as `observed` now or before. Until two mean rates were compared, as the
 /// rates by the streaks of two images differ; by one image a slew cannot be told from a free body.
@@ -371,9 +380,7 @@ fn possible_change(
         (Some(observed), Some(before), _) => observed.sup(&(before * CHANGE_KEPT)),
         (Some(change), None, _) | (None, Some(change), _) => change,
         (None, None, Some(last)) => by_streaks(last),
-        (None, None, None) => {
-            Vector3::repeat((SLEW_CHANGE_SHARE * compared.rate.rad_s.norm()).max(SLEW_CHANGE))
-        }
+        (None, None, None) => slew_change(&compared.rate),
     };
     change.sup(&Vector3::repeat(compared.change))
 }
