@@ -154,8 +154,8 @@ pub struct Sensor<'c> {
     orbit: OrbitFilter,
     shutting: Shutting,
     forecasting: forecasting::Forecasting,
-    /// Stars that windows showed in the last image in which they were sought.
-    stars_followed: usize,
+    /// Of the last image in which stars were sought in windows.
+    followed: tracking::Followed,
     /// Attitudes in a row that contradict the rate sensor.
     rate_sensor_doubts: u8,
     magnetism: Magnetism,
@@ -244,7 +244,7 @@ impl<'c> Sensor<'c> {
             orbit: OrbitFilter::new(),
             shutting: Shutting::default(),
             forecasting: forecasting::Forecasting::default(),
-            stars_followed: 0,
+            followed: tracking::Followed::default(),
             rate_sensor_doubts: 0,
             magnetism: Magnetism::default(),
             fixed_us: 0,

@@ -19,10 +19,6 @@ const SAME_SKY: i32 = FULL_SCALE / 64;
 const FEWEST_BLURRED: u32 = 4;
 /// ... and so are those that are not more than one in so many.
 const BLURRED_SHARE: u32 = 3;
-/// Fewer drawn out ones among them are pairs and hits, or one streak ...
-const FEWEST_DRAWN: u32 = 3;
-/// ... and a turn that begins leaves one in so many as the profile has it, at most.
-const ONSET_SHARE: u32 = 3;
 /// What is so near to a place kept, px, is of the same streak.
 const SAME_STREAK_PX: u16 = 12;
 
@@ -34,9 +30,9 @@ pub enum Smear {
     /// They look round, but many of them otherwise than the turning that is told would make them: it changes
     /// within the exposure.
     Blurred,
-    /// The same of most, and the brightest are drawn out: a turn begins or ends within the exposure, of which
-    /// the others show where it rests.
-    Onset,
+    /// The same of most of them: of a lens that was calibrated otherwise, or where a turn begins or ends within
+    /// the exposure and goes far, of which they show where it rests.
+    MostlyBlurred,
     /// They are drawn out, most of them inside the square in which a centre is measured: 4 to 8 px. A spot
     /// that is not drawn out is a part of a faint one, or a hit.
     Drawn,
@@ -111,10 +107,10 @@ impl Evidence {
         let all = self.drawn.saturating_add(self.streaks);
         if all < fewest || all < self.clear_round {
             let otherwise = all.saturating_add(self.blurred);
-            let most = ONSET_SHARE * otherwise > (ONSET_SHARE - 1) * self.clear_round;
-            if self.drawn >= FEWEST_DRAWN && most {
-                Smear::Onset
-            } else if otherwise >= FEWEST_BLURRED && BLURRED_SHARE * otherwise > self.clear_round {
+            let part = if otherwise < FEWEST_BLURRED { 0 } else { BLURRED_SHARE * otherwise };
+            if part > (BLURRED_SHARE - 1) * self.clear_round {
+                Smear::MostlyBlurred
+            } else if part > self.clear_round {
                 Smear::Blurred
             } else {
                 Smear::Points

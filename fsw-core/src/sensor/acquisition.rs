@@ -81,8 +81,8 @@ impl Sensor<'_> {
         stars.count(detections.spots().len(), detections);
         if scans {
             match detections.smear(FEWEST_STREAKS) {
-                Smear::Points | Smear::Blurred | Smear::Onset if moved => detections.doubt(MOVED_PX),
-                Smear::Points | Smear::Blurred | Smear::Onset => {}
+                Smear::Points | Smear::Blurred | Smear::MostlyBlurred if moved => detections.doubt(MOVED_PX),
+                Smear::Points | Smear::Blurred | Smear::MostlyBlurred => {}
                 Smear::Drawn => detections.keep_drawn(),
                 Smear::Streaks => return Ok(Some(Outcome::TooFast)),
             }
