@@ -30,8 +30,8 @@ pub enum Smear {
     /// They look round, but many of them otherwise than the turning that is told would make them: it changes
     /// within the exposure.
     Blurred,
-    /// The same of most of them: of a lens that was calibrated otherwise, or where a turn begins or ends within
-    /// the exposure and goes far, of which they show where it rests.
+    /// The same of most of them: of a lens that was calibrated otherwise, or where a turn begins or ends
+    /// within the exposure and goes far, of which they show where it rests.
     MostlyBlurred,
     /// They are drawn out, most of them inside the square in which a centre is measured: 4 to 8 px. A spot
     /// that is not drawn out is a part of a faint one, or a hit.

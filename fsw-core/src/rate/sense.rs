@@ -74,8 +74,8 @@ pub struct RateHistory {
     /// By how much the rate changes in a second, one sigma about every axis, rad/s; `None` until two mean
     /// rates were compared.
     change: Option<Vector3<f32>>,
-    /// By how much it may change in the next second, one sigma about every axis, rad/s: at the crest of a slew
-    /// two images differ by little, so that what was possible before them is forgotten slowly.
+    /// By how much it may change in the next second, one sigma about every axis, rad/s. At the crest of a
+    /// slew two images differ by little: what was possible before them is forgotten slowly.
     possible: Option<Vector3<f32>>,
     /// The rate that was found, where its sense was known.
     known: Option<Estimate>,
@@ -105,8 +105,8 @@ impl RateHistory {
         self.known.as_ref().map(|(rate, _)| rate)
     }
 
-    /// By how much the rate of the last image's streaks may change in the next second, one sigma about every axis,
-    /// rad/s; `None` of stars.
+    /// By how much the rate of the last image's streaks may change in the next second, one sigma about every
+    /// axis, rad/s; `None` of stars.
     pub fn possible_change(&self) -> Option<&Vector3<f32>> {
         self.possible.as_ref()
     }
@@ -361,7 +361,8 @@ fn observed_change(
     Some(change_between(decision.mean.as_ref()?, last, compared.elapsed_s))
 }
 
-/// By how much a rate of which nothing else is known may change in a second, one sigma about every axis, rad/s.
+/// By how much a rate of which nothing else is known may change in a second, one sigma about every axis,
+/// rad/s.
 fn slew_change(rate: &RateFit) -> Vector3<f32> {
     Vector3::repeat((SLEW_CHANGE_SHARE * rate.rad_s.norm()).max(SLEW_CHANGE))
 }

@@ -86,8 +86,9 @@ fn rates_are_within_their_sigmas_at_rest_in_a_slew_and_as_one_begins_and_ends() 
         for _ in 0..40 {
             let (errors, share, changes) = fly(deg_s, &mut chance);
             if case == 0 {
-                // A rate that stays may be the crest of a slew: that is forgotten in some ten images.
-                assert!(changes[1] > 0.15 && (0.06..0.15).contains(changes.last().unwrap()), "{changes:?}");
+                // A rate that stays may be the crest of a slew: that is forgotten slowly, by half in seven images.
+                let (second, last) = (changes[1], changes.last().unwrap());
+                assert!(second > 0.15 && (0.3..0.6).contains(&(last / second)), "{changes:?}");
             }
             count += errors.len();
             beyond += errors.iter().filter(|error| **error > 4.0).count();

@@ -1,8 +1,8 @@
 //! The house is open: an effect of the world, a figure of the judge and a command of one's own, a few lines
 //! each, in a package of its own.
 //!
-//! `cargo run --release -p extended -- ghost` flies a minute of the default scenario with a faint ghost light on
-//! the detector; every command of `sil-host` is there beside it.
+//! `cargo run --release -p extended -- ghost` flies a minute of the default scenario with a faint ghost light
+//! on the detector; every command of `sil-host` is there beside it.
 
 use clap::Parser;
 use fsw_hal::Window;
