@@ -153,10 +153,8 @@ impl RateHistory {
         self.known = sure.then_some(estimate.0);
         self.mean = decision.mean.map(|mean| (mean.rad_s, mean.covariance));
         self.change = observed.map_or(before.change, |_| Some(change));
-        self.possible = Some(match before.possible {
-            Some(before) => change.sup(&(before * CHANGE_KEPT)),
-            None => change.sup(&slew_change(&compared.rate)),
-        });
+        let kept = before.possible.map_or_else(|| slew_change(&compared.rate), |before| before * CHANGE_KEPT);
+        self.possible = Some(change.sup(&kept));
         self.streaks = Some(decision.rate);
         // The last image's rate counts only if its sense was known, or if its agreement is evidence by
         // itself.

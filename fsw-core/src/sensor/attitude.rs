@@ -59,7 +59,7 @@ impl Sensor<'_> {
             }
         }
         if self.turning.is_of_lines() {
-            widen(&mut sigma_rad, self.turning.middle_sigma_rad(self.exposure_us).into());
+            widen(&mut sigma_rad, self.turning.middle_sigma_rad(self.exposure_s()).into());
         }
         (self.former, self.likeliest) = (Some(attitude), None);
         self.motion.trust_again(&attitude, &sigma_rad, image);

@@ -90,9 +90,9 @@ impl Sensor<'_> {
         let seen = confirmed.as_ref().map_or(0, |confirmed| confirmed.matches.len());
         let now = Followed { stars: seen as u8, sharp: smear == Smear::Points };
         let before = core::mem::replace(&mut self.followed, now);
-        let begins = before.stars >= MANY_STARS && 2 * now.stars < before.stars;
+        let begins = smear == Smear::MostlyBlurred && before.sharp
+            || before.stars >= MANY_STARS && 2 * now.stars < before.stars;
         let blur_px = match smear {
-            Smear::MostlyBlurred if before.sharp => Some(ONSET_PX),
             _ if begins => Some(ONSET_PX),
             Smear::Blurred | Smear::MostlyBlurred => Some(BLURRED_PX),
             _ => None,
@@ -226,7 +226,7 @@ impl Sensor<'_> {
     pub(super) fn turn_in_exposure(&self) -> Option<Turn> {
         let filtered = self.motion.as_ref().and_then(Filter::rate);
         let rate = filtered.or_else(|| self.turning.rate_at(self.now))?;
-        let exposure_s = self.exposure_us as f32 * 1e-6;
+        let exposure_s = self.exposure_s();
         let turn_rad = rate.rad_s * exposure_s;
         let CameraParameters { optical_centre_px, focal_length_px, mirrored, .. } = *self.camera.parameters();
         (self.farthest_px(&(rate.sigma_rad_s * exposure_s)) < LEAST_WAY_PX)
@@ -240,6 +240,11 @@ impl Sensor<'_> {
         let across = blur_px * self.camera.rad_per_px();
         let about = blur_px / hypotenuse(half_width, half_height);
         widen(sigma_rad, [across, across, about]);
+    }
+
+    /// Exposure of the last image that was asked for, s.
+    pub(super) fn exposure_s(&self) -> f32 {
+        self.exposure_us as f32 * 1e-6
     }
 
     /// From a row to the next, s.

@@ -179,11 +179,10 @@ impl Turning {
         self.of_lines
     }
 
-    /// How far the middles of lines are from the mean of the turn within an exposure of so many microseconds
+    /// How far the middles of lines are from the mean of the turn within an exposure of so many seconds
     /// where it changes meanwhile, as it possibly does: one sigma about every axis, rad. At a constant change
     /// `a` the ends are `a T² / 8` beside the place of mid-exposure, the mean `a T² / 24`.
-    pub(super) fn middle_sigma_rad(&self, exposure_us: u32) -> Vector3<f32> {
-        let exposure_s = exposure_us as f32 * 1e-6;
+    pub(super) fn middle_sigma_rad(&self, exposure_s: f32) -> Vector3<f32> {
         let change = self.history.possible_change().copied().unwrap_or_default();
         change * (exposure_s * exposure_s / 12.0)
     }
@@ -337,7 +336,7 @@ impl Sensor<'_> {
     #[inline(never)]
     fn turn_by(&mut self, streaks: &[Streak]) -> Option<RateReport> {
         let row_time_s = self.row_time_s();
-        let exposure_s = self.exposure_us as f32 * 1e-6;
+        let exposure_s = self.exposure_s();
         let longest_px = streaks.iter().fold(0.0f32, |longest, streak| longest.max(streak.length_px()));
         let mut arcs: Vec<Arc, MAX_ARCS> = Vec::new();
         let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();

@@ -91,15 +91,19 @@ fn scanned_as_told(length: f64, told: Option<f32>, seed: u64) -> (Detections, Ve
         let about = [0.6, -0.8, 0.0].map(|share| share * length / FOCAL_LENGTH_PX);
         Turn::new([230.0; 2], FOCAL_LENGTH_PX, false, about)
     };
+    let (mut frame, stars) = turning_through(SHARP_PX, length, seed);
+    (scanned_sharply(&mut frame, told.map(turn)), stars)
+}
+
+/// The spots of a scan through the sharp lens, told how it turns.
+fn scanned_sharply(frame: &mut Frame, turn: Option<Turn>) -> Detections {
     let bytes = sample::gaussian(SHARP_PX);
     let calibration = Calibration::open(&bytes).unwrap();
     let parameters = DetectionParameters::default();
-    let (mut frame, stars) = turning_through(SHARP_PX, length, seed);
-    let method =
-        DetectionMethod { parameters: &parameters, calibration: Some(&calibration), turn: told.map(turn) };
+    let method = DetectionMethod { parameters: &parameters, calibration: Some(&calibration), turn };
     let mut found = Detections::new();
-    scan(&mut frame, &mut [0; TILE_PIXELS], method, &mut found).unwrap();
-    (found, stars)
+    scan(frame, &mut [0; TILE_PIXELS], method, &mut found).unwrap();
+    found
 }
 
 #[test]
@@ -121,9 +125,6 @@ fn stars_that_move_otherwise_than_is_told_are_blurred() {
 #[test]
 fn where_a_turn_begins_within_the_exposure_most_stars_look_otherwise_than_at_rest() {
     const REST: f64 = 0.2;
-    let bytes = sample::gaussian(SHARP_PX);
-    let calibration = Calibration::open(&bytes).unwrap();
-    let parameters = DetectionParameters::default();
     let turn = Some(Turn::new([230.0; 2], 1e6, false, [0.0; 3]));
     for way_px in [5.0, 8.0] {
         // Of twelve parts of the exposure.
@@ -144,10 +145,7 @@ fn where_a_turn_begins_within_the_exposure_most_stars_look_otherwise_than_at_res
                 }
                 (*x, *y) = (*x + 0.8 * mean, *y + 0.6 * mean);
             }
-            let mut frame = sky.noise(8.0, seed).expose(12);
-            let method = DetectionMethod { parameters: &parameters, calibration: Some(&calibration), turn };
-            let mut found = Detections::new();
-            scan(&mut frame, &mut [0; TILE_PIXELS], method, &mut found).unwrap();
+            let found = scanned_sharply(&mut sky.noise(8.0, seed).expose(12), turn);
             most += usize::from(found.smear(FEWEST) == Smear::MostlyBlurred);
             off_px += found.spots().iter().map(|spot| nearest_px(spot, &stars)).sum::<f64>();
             spots += found.spots().len();

@@ -163,7 +163,7 @@ impl Sensor<'_> {
         let mut whole: Vec<&Streak, MAX_STREAKS> = Vec::new();
         fill(&mut whole, streaks.iter().filter(|streak| !streak.cut));
         sort(&mut whole, |one, other| one.light * one.length_px() > other.light * other.length_px());
-        let exposure_s = self.exposure_us as f32 * 1e-6;
+        let exposure_s = self.exposure_s();
         let stars = whole.iter().filter_map(|streak| {
             let middle = Direction::new(middle_of(&self.camera, streak, &rate_rad_s)?)?;
             let arc = arc_of(&self.camera, streak, exposure_s, row_time_s, streak.length_px())?;
