@@ -1,16 +1,16 @@
 //! Chosen stars in, the bytes of an onboard catalogue out: the writer to the reader `fsw_core::catalog`.
 //!
 //! Directions are rounded to Q1.23 first and the chords computed from the rounded integers, exactly as the
-//! reader defines them: `chord = floor(sqrt(dx^2 + dy^2 + dz^2))` in Q2.30. Pairs are sorted by chord, then
-//! by the stars' indices. The bin table has the finest power of two that gives at most 2048 bins (25 arcsec
+//! reader defines them: `chord = floor(sqrt(dx^2 + dy^2 + dz^2))` in Q2.30. Pairs are sorted by bin of the
+//! chord, then by the stars' indices. The bin table has the finest power of two that gives at most 2048 bins (25 arcsec
 //! for 12 degrees).
 
 use crate::blend::centi;
 use crate::grid::CellGrid;
 use crate::parameters::{BuildError, MAX_PAIRS, chord};
 use fsw_core::catalog::format::{
-    COLOUR_OFFSET, COLOUR_SHIFT, CRC_FROM, FLAG_PROXIMITY, HEADER_BYTES, HIP_MASK, LONG_BINS, MAGIC,
-    SHORT_INDICES, STAR_BYTES, UNUSED_BITS, VERSION,
+    COLOUR_OFFSET, COLOUR_SHIFT, CRC_FROM, FLAG_PROXIMITY, HEADER_BYTES, HIP_MASK, LONG_BINS, MAGIC, SKIP,
+    STAR_BYTES, STEP_BITS, UNUSED_BITS, VERSION, entries_bytes, index_bits,
 };
 use fsw_core::checksum::crc32;
 
@@ -18,7 +18,7 @@ use fsw_core::checksum::crc32;
 const ONE_Q30: f64 = (1u32 << 30) as f64;
 /// 1.0 in Q1.23, one more than fits.
 const ONE_Q23: f64 = (1u32 << (30 - UNUSED_BITS)) as f64;
-/// Most bins in the table: 4 KB of flash where there are fewer than 65,536 pairs. Half as many pairs a bin
+/// Most bins in the table: 4 KB of flash where there are fewer than 65,536 entries. Half as many pairs a bin
 /// would save the flight code next to nothing.
 const MAX_BINS: u32 = 2048;
 
@@ -70,14 +70,14 @@ pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec
     let units: Vec<[i32; 3]> =
         stars.iter().map(|star| star.direction.map(|x| q23(x) << UNUSED_BITS)).collect();
     let max_chord_q30 = (max_chord * ONE_Q30) as u32;
-    let keys = sorted_pairs(&stars, &units, max_chord);
     let shift = bin_shift(max_chord_q30);
     let bins = (max_chord_q30 >> shift) + 1;
+    let entries = entries(&sorted_pairs(&stars, &units, max_chord, shift));
 
-    let bin_bytes = if keys.len() < LONG_BINS { 2 } else { 4 };
-    let (index_bits, pair_bytes) = if stars.len() <= SHORT_INDICES { (12, 3) } else { (16, 4) };
-    let length =
-        HEADER_BYTES + stars.len() * STAR_BYTES + (bins as usize + 1) * bin_bytes + keys.len() * pair_bytes;
+    let bin_bytes = if entries.len() < LONG_BINS { 2 } else { 4 };
+    let too_many = BuildError::TooManyPairs(entries.len() as f64 / 1e6);
+    let entries_bytes = entries_bytes(entries.len(), stars.len()).ok_or(too_many)?;
+    let length = HEADER_BYTES + stars.len() * STAR_BYTES + (bins as usize + 1) * bin_bytes + entries_bytes;
     let mut bytes = Vec::with_capacity(length);
     bytes.extend_from_slice(&MAGIC);
     bytes.extend_from_slice(&VERSION.to_le_bytes());
@@ -88,7 +88,7 @@ pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec
         0, // the checksum, once the rest is known
         length as u32,
         stars.len() as u32,
-        keys.len() as u32,
+        entries.len() as u32,
         bins,
         shift,
         max_chord_q30,
@@ -105,15 +105,23 @@ pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec
         let colour = (centi(star.b_v) + i32::from(COLOUR_OFFSET)).clamp(0, (1 << (32 - COLOUR_SHIFT)) - 1);
         bytes.extend_from_slice(&(star.hip | flags | (colour as u32) << COLOUR_SHIFT).to_le_bytes());
     }
-    let mut first = 0;
     for bin in 0..=bins {
-        first += keys[first..].iter().take_while(|&&key| chord_of(key) >> shift < bin).count();
+        let first = entries.partition_point(|entry| entry.bin < bin);
         bytes.extend_from_slice(&first.to_le_bytes()[..bin_bytes]);
     }
-    for key in keys {
-        let pair = (key >> 16) as u32 & 0xFFFF | (key as u32 & 0xFFFF) << index_bits;
-        bytes.extend_from_slice(&pair.to_le_bytes()[..pair_bytes]);
+    let width = STEP_BITS + index_bits(stars.len());
+    // What is not yet a whole byte, lowest bit first.
+    let (mut open, mut open_bits) = (0u64, 0);
+    for Entry { step, second, .. } in entries {
+        open |= u64::from(u32::from(step) | u32::from(second) << STEP_BITS) << open_bits;
+        open_bits += width;
+        while open_bits >= 8 {
+            bytes.push(open as u8);
+            (open, open_bits) = (open >> 8, open_bits - 8);
+        }
     }
+    bytes.push(open as u8);
+    bytes.resize(length, 0);
     let checksum = crc32(&bytes[CRC_FROM..]);
     bytes[CRC_FROM - 4..CRC_FROM].copy_from_slice(&checksum.to_le_bytes());
     Ok(bytes)
@@ -148,8 +156,8 @@ fn check(stars: &[CatalogueStar], max_chord: f64) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// Every pair within the chord as `chord_q30 << 32 | first << 16 | second`, sorted: one integer to compare.
-fn sorted_pairs(stars: &[CatalogueStar], units: &[[i32; 3]], max_chord: f64) -> Vec<u64> {
+/// Every pair within the chord as `bin << 32 | first << 16 | second`, sorted: one integer to compare.
+fn sorted_pairs(stars: &[CatalogueStar], units: &[[i32; 3]], max_chord: f64, shift: u32) -> Vec<u64> {
     let max_square = (max_chord * ONE_Q30) * (max_chord * ONE_Q30);
     let points: Vec<[f64; 3]> = stars.iter().map(|star| star.direction).collect();
     // The grid sorts exact directions, the chords are those of rounded ones: a little wider.
@@ -164,15 +172,35 @@ fn sorted_pairs(stars: &[CatalogueStar], units: &[[i32; 3]], max_chord: f64) -> 
         let square = (square(ax, bx) + square(ay, by) + square(az, bz)) as f64;
         if square <= max_square {
             let pair = u64::from(i.min(j)) << 16 | u64::from(i.max(j));
-            keys.push((square.sqrt() as u64) << 32 | pair);
+            keys.push((square.sqrt() as u64 >> shift) << 32 | pair);
         }
     });
     keys.sort_unstable();
     keys
 }
 
-fn chord_of(key: u64) -> u32 {
-    (key >> 32) as u32
+/// An entry of the pair table; the bits of what is not a step are the second star's index.
+struct Entry {
+    bin: u32,
+    step: u16,
+    second: u16,
+}
+
+/// The entries of sorted pairs.
+fn entries(keys: &[u64]) -> Vec<Entry> {
+    let mut entries = Vec::with_capacity(keys.len() + keys.len() / 16);
+    let mut last = (0, 0);
+    for key in keys {
+        let (bin, first, second) = ((key >> 32) as u32, (key >> 16) as u16, *key as u16);
+        let mut step = first - if last.0 == bin { last.1 } else { 0 };
+        while step >= SKIP {
+            entries.push(Entry { bin, step: SKIP, second: 0 });
+            step -= SKIP;
+        }
+        entries.push(Entry { bin, step, second });
+        last = (bin, first);
+    }
+    entries
 }
 
 fn bin_shift(max_chord_q30: u32) -> u32 {

@@ -105,7 +105,7 @@ fn bad_files_are_named_with_what_is_wrong_and_what_to_do() {
     assert!(missing.contains("no/such/file.cat: cannot be read (no such file or directory)"), "{missing}");
     assert!(inspect("cut.cat", &whole[..1000]).contains("cut.cat: was cut or extended"));
     assert!(inspect("empty.cat", &[]).contains("is not a Sextant catalogue"));
-    assert!(inspect("version.cat", &changed(4, 9)).contains("has layout version 9, this program reads 2"));
+    assert!(inspect("version.cat", &changed(4, 9)).contains("has layout version 9, this program reads 3"));
     assert!(inspect("bad.cat", &changed(5000, whole[5000] ^ 1)).contains("its checksum does not match"));
     let text = temporary("text.dat", Some(b"no stars here"));
     let out = temporary("unwritten.bin", None);

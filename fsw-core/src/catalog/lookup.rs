@@ -1,12 +1,13 @@
 //! Stars by index and pairs by separation, each in O(1).
 //!
-//! The pair table is sorted by chord; a bin table holds the first pair of every bin of width `2^shift` in
+//! The pairs are sorted by bin of the chord; a table holds the first entry of every bin of width `2^shift` in
 //! Q2.30, so a range of chords is two array reads. A range is rounded out to whole bins (reference
 //! catalogue: 2^17, 25 arcsec): it contains every pair of the range and a few more; the caller compares
 //! exact separations.
 
 use super::format::{
-    COLOUR_OFFSET, COLOUR_SHIFT, Catalogue, FLAG_PROXIMITY, HIP_MASK, Pair, STAR_BYTES, Star,
+    Bins, COLOUR_OFFSET, COLOUR_SHIFT, Catalogue, FLAG_PROXIMITY, HIP_MASK, Pair, SKIP, STAR_BYTES,
+    STEP_BITS, Star,
 };
 use crate::frames::{Direction, Icrs};
 use core::ops::Range;
@@ -81,19 +82,6 @@ fn decode_star(record: &[u8; STAR_BYTES]) -> Star {
     }
 }
 
-/// Two indices of 12 bits.
-fn short_pair(entry: &[u8; 3]) -> Pair {
-    // Two loads on the target instead of three.
-    let low = entry.first_chunk::<2>().map_or(0, |low| u16::from_le_bytes(*low));
-    let [.., high] = *entry;
-    Pair { first: low & 0xFFF, second: low >> 12 | u16::from(high) << 4 }
-}
-
-/// Two indices of 16 bits.
-fn long_pair([a0, a1, b0, b1]: &[u8; 4]) -> Pair {
-    Pair { first: u16::from_le_bytes([*a0, *a1]), second: u16::from_le_bytes([*b0, *b1]) }
-}
-
 /// A chord or its square in Q2.30, saturating: they are at most 2 and 4, and what is less than 0 gives 0.
 pub fn q30(value: f32) -> u32 {
     (value * (1u32 << 30) as f32) as u32
@@ -163,34 +151,53 @@ impl<'a> Catalogue<'a> {
         })
     }
 
-    /// Places in the table of the pairs whose chord lies in `[low, high]`, to the bin; empty when that is
-    /// outside the table.
-    fn range(&self, low: f32, high: f32) -> Range<usize> {
-        let first_of = |bin: u32| {
-            let last = self.bins.len().saturating_sub(1);
-            self.bins.first_of((bin as usize).min(last)).unwrap_or(0)
-        };
+    /// The bins of the pairs whose chord lies in `[low, high]`; none when that is outside the table.
+    fn bins_between(&self, low: f32, high: f32) -> Range<usize> {
         if !(low <= high && high >= 0.0) {
             return 0..0;
         }
-        let first_bin = q30(low) >> self.bin_shift;
-        let end_bin = (q30(high) >> self.bin_shift).saturating_add(1);
-        first_of(first_bin)..first_of(end_bin)
+        let bins = self.bins.len().saturating_sub(1);
+        let bin_of = |chord: f32| (q30(chord) >> self.bin_shift) as usize;
+        bin_of(low).min(bins)..bin_of(high).saturating_add(1).min(bins)
     }
 
-    /// Number of pairs that [`Catalogue::pairs_between`] would give; two table reads.
+    /// Number of entries of those bins: at least that of the pairs which [`Catalogue::pairs_between`] gives
+    /// (reference catalogue: 2.9 % more); two table reads.
     pub fn count_between(&self, low: f32, high: f32) -> usize {
-        self.range(low, high).len()
+        let bins = self.bins_between(low, high);
+        let first_of = |bin| self.bins.first_of(bin).unwrap_or(0);
+        first_of(bins.end).saturating_sub(first_of(bins.start))
+    }
+
+    /// Number of pairs; reads them all.
+    pub fn pair_count(&self) -> usize {
+        self.pairs_between(0.0, self.max_chord()).count()
     }
 
     /// Star pairs whose chord lies in `[low, high]`, to the bin, by rising bin.
     pub fn pairs_between(&self, low: f32, high: f32) -> impl Iterator<Item = Pair> + 'a {
-        let range = self.range(low, high);
-        // One of the two is empty.
-        let short = self.pairs.short.get(range.clone()).unwrap_or(&[]);
-        let long = self.pairs.long.get(range).unwrap_or(&[]);
-        short.iter().map(short_pair).chain(long.iter().map(long_pair))
+        let (bins, entries) = (self.bins, self.entries);
+        self.bins_between(low, high).flat_map(move |bin| pairs_of(bins, entries, bin))
     }
+}
+
+/// The pairs of a bin.
+fn pairs_of<'a>(
+    bins: Bins<'a>,
+    (entries, bits): (&'a [u8], u32),
+    bin: usize,
+) -> impl Iterator<Item = Pair> + 'a {
+    let first_of = |bin| bins.first_of(bin).unwrap_or(0) as u32;
+    let mut first = 0u16;
+    (first_of(bin)..first_of(bin.wrapping_add(1))).filter_map(move |entry| {
+        let at = entry.wrapping_mul(bits);
+        let word = entries.get((at >> 3) as usize..)?.first_chunk::<4>()?;
+        // Of 25 bits at most, behind 7.
+        let word = u32::from_le_bytes(*word) >> (at & 7) & ((1 << bits) - 1);
+        let step = word as u16 & SKIP;
+        first = first.wrapping_add(step);
+        (step < SKIP).then_some(Pair { first, second: (word >> STEP_BITS) as u16 })
+    })
 }
 
 #[cfg(test)]

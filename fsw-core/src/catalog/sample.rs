@@ -45,19 +45,34 @@ pub fn bytes(stars: &[SampleStar], shift: u32, max_chord_q30: u32) -> Vec<u8> {
     let mut pairs = Vec::new();
     for (second, star) in stars.iter().enumerate() {
         for (first, brighter) in stars.iter().enumerate().take(second) {
-            pairs.push((chord_q30(brighter, star), first as u16, second as u16));
+            let chord = chord_q30(brighter, star);
+            if chord <= max_chord_q30 {
+                pairs.push((chord >> shift, first as u32, second as u32));
+            }
         }
     }
-    pairs.retain(|(chord, ..)| *chord <= max_chord_q30);
     pairs.sort_unstable();
     let bins = (max_chord_q30 >> shift) + 1;
-    let short = (pairs.len() < 65_536, stars.len() <= 4096);
-    let widths = (if short.0 { 2 } else { 4 }, if short.1 { 3 } else { 4 });
-    let length = 64 + 13 * stars.len() as u32 + widths.0 * (bins + 1) + widths.1 * pairs.len() as u32;
+    // By bin: the step of the first star, and the second star.
+    let mut entries = Vec::new();
+    let mut last = (0, 0);
+    for (bin, first, second) in pairs {
+        let mut step = first - if last.0 == bin { last.1 } else { 0 };
+        while step >= 511 {
+            entries.push((bin, 511, 0));
+            step -= 511;
+        }
+        entries.push((bin, step, second));
+        last = (bin, first);
+    }
+    let bin_bytes = if entries.len() < 65_536 { 2 } else { 4 };
+    let entry_bits = if stars.len() <= 4096 { 21 } else { 25 };
+    let entries_bytes = (entries.len() * entry_bits).div_ceil(8) + 3;
+    let length = 64 + 13 * stars.len() + bin_bytes * (bins as usize + 1) + entries_bytes;
 
-    let mut bytes = b"SXTC\x02\x00\x40\x00".to_vec();
+    let mut bytes = b"SXTC\x03\x00\x40\x00".to_vec();
     let count = |items: usize| items as u32;
-    let counts = [0, length, count(stars.len()), count(pairs.len()), bins, shift, max_chord_q30];
+    let counts = [0, count(length), count(stars.len()), count(entries.len()), bins, shift, max_chord_q30];
     counts.iter().for_each(|word| bytes.extend(word.to_le_bytes()));
     // Epoch J2026.5, V = -1.46 to 6.00, field 24.1 deg, checksum of the source.
     [2_026_500u32, 600 | (-146i16 as u16 as u32) << 16, 24_100, 0xDEAD_BEEF]
@@ -70,12 +85,16 @@ pub fn bytes(stars: &[SampleStar], shift: u32, max_chord_q30: u32) -> Vec<u8> {
         bytes.extend((star.hip | u32::from(star.proximity) << 20 | colour << 21).to_le_bytes());
     }
     for bin in 0..=bins {
-        let before = count(pairs.iter().filter(|(chord, ..)| chord >> shift < bin).count());
-        bytes.extend(&before.to_le_bytes()[..widths.0 as usize]);
+        let before = entries.iter().filter(|(of, ..)| *of < bin).count();
+        bytes.extend(&before.to_le_bytes()[..bin_bytes]);
     }
-    for (_, first, second) in pairs {
-        let pair = u32::from(first) | u32::from(second) << if short.1 { 12 } else { 16 };
-        bytes.extend(&pair.to_le_bytes()[..widths.1 as usize]);
+    let begin = bytes.len();
+    bytes.resize(length, 0);
+    for (place, (_, step, second)) in entries.iter().enumerate() {
+        for bit in (0..entry_bits).filter(|bit| (step | second << 9) >> bit & 1 != 0) {
+            let at = place * entry_bits + bit;
+            bytes[begin + at / 8] |= 1 << (at % 8);
+        }
     }
     seal(&mut bytes);
     bytes

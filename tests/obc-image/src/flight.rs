@@ -71,7 +71,7 @@ impl StageMeter for Marks {
 pub fn sensor(parameters: Parameters) -> Result<&'static mut Sensor<'static>, StartError> {
     let workspace = WORKSPACE.try_take().ok_or(StartError::FlownBefore)?;
     let catalogue = Catalogue::open(CATALOGUE).map_err(|_| StartError::Catalogue)?;
-    defmt::info!("catalogue: {} stars, {} pairs", catalogue.star_count(), catalogue.pair_count());
+    defmt::info!("catalogue: {} stars", catalogue.star_count());
     let calibration = match parameters.imaging.calibration_crc {
         0 => None,
         _ => Some(Calibration::open(CALIBRATION).map_err(|_| StartError::Calibration)?),
