@@ -49,8 +49,8 @@ pub(super) struct Hit {
 /// side. A catalogue may hold any number of stars: with more than `CHAINS` some share a chain.
 #[derive(Clone, Debug)]
 pub(super) struct Triangles<const CHAINS: usize, const SIDES: usize, const HITS: usize> {
-    /// First base side of each chain. A list, because an array would be made on the stack first.
-    heads: Vec<u16, CHAINS>,
+    /// First base side of each chain.
+    heads: [u16; CHAINS],
     pub sides: Vec<BaseSide, SIDES>,
     pub hits: Vec<Hit, HITS>,
     /// Triangles that were looked at for the star k added last.
@@ -89,14 +89,12 @@ impl<const CHAINS: usize, const SIDES: usize, const HITS: usize> Triangles<CHAIN
     pub const fn new() -> Self {
         const { assert!(CHAINS.is_power_of_two(), "the chain of a star is the low bits of its index") };
         const { assert!(SIDES.is_multiple_of(2), "the two directions of a pair stand side by side") };
-        Self { heads: Vec::new(), sides: Vec::new(), hits: Vec::new(), tried: 0 }
+        Self { heads: [NONE; CHAINS], sides: Vec::new(), hits: Vec::new(), tried: 0 }
     }
 
     /// Takes the catalogue pairs that fit `side` as the base.
     pub fn begin(&mut self, catalogue: &Catalogue, side: &Side) {
-        self.heads.clear();
-        // Not beyond the capacity: this cannot fail.
-        let _ = self.heads.resize(CHAINS, NONE);
+        self.heads = [NONE; CHAINS];
         self.sides.clear();
         self.hits.clear();
         catalogue.pairs_between(side.low(), side.high()).for_each(|Pair { first, second }| {
