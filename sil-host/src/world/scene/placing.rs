@@ -3,11 +3,13 @@
 //! In: a scene, a cycle, its exposure and truth. Out: light of stars, planets and satellites
 //! ([`PointLight`]), and the stars on the detector at mid-exposure. What moves little, or to and fro, is a row
 //! of images at the places where it is at the times of the steps of its smear; what moves farther than
-//! [`IMAGES_PX`] one way is a line through its places at the ends of chords.
+//! [`IMAGES_PX`] one way is a line through its places at the ends of chords, and a row of images where it begins
+//! to move or comes to rest.
 
 use super::{Scene, Truth, VisibleStar, star_e_s};
 use crate::world::attitude::{self, Vector, dot};
 use crate::world::detector::shutter::Way;
+use crate::world::lens::psf::Psf;
 use crate::world::lens::spots::{Spot, Spots};
 use crate::world::lens::streaks::{Streaks, length_px};
 use crate::world::motion::trajectory::EXPOSURE_STEPS;
@@ -21,6 +23,9 @@ const IMAGES_PX: f64 = 8.0;
 const CHORD_PX: f64 = 32.0;
 /// Farthest that a chord is off the way between its ends, px.
 const SAGITTA_PX: f64 = 0.005;
+/// A line's light a pixel of way is taken as even about a pixel, so by half as much as it changes over the width
+/// of an image, squared, the light is wrong. Chords along which it changes by more than this share are images.
+const UNEVEN: f64 = 0.03;
 /// Most chords of a line, and images in a row.
 const PARTS_MAX: f64 = 4096.0;
 
@@ -178,11 +183,7 @@ impl Scene {
                 let electrons = electrons.map(|e| e / (way.steps() - 1) as f64);
                 for part in places(way).split(Option::is_none) {
                     let points: Vec<[f64; 2]> = part.iter().flatten().copied().collect();
-                    if length_px(&points) <= IMAGES_PX {
-                        light.spots.extend(images(&points, electrons, self.psf.step_px()));
-                    } else {
-                        light.streaks.push(points, electrons);
-                    }
+                    light.lay_way(&points, electrons, &self.psf);
                 }
             }
         }
@@ -214,6 +215,29 @@ impl Scene {
     }
 }
 
+impl PointLight {
+    /// Adds a way in chords that give `electrons` each: as lines where their lengths change little and they are
+    /// long, else as images.
+    fn lay_way(&mut self, points: &[[f64; 2]], electrons: [f64; BANDS], psf: &Psf) {
+        let lengths: Vec<f64> = points.windows(2).map(length_px).collect();
+        let is_even = |chord: usize| {
+            let beside = [chord.saturating_sub(1), (chord + 1).min(lengths.len() - 1)];
+            let change_px = beside.map(|other| (lengths[other] - lengths[chord]).abs());
+            change_px[0].max(change_px[1]) * psf.rms_px() <= UNEVEN * lengths[chord] * lengths[chord]
+        };
+        let chords: Vec<(usize, bool)> = (0..lengths.len()).map(|chord| (chord, is_even(chord))).collect();
+        for alike in chords.chunk_by(|one, next| one.1 == next.1) {
+            let (first, even) = alike[0];
+            let run = &points[first..=first + alike.len()];
+            if even && length_px(run) > IMAGES_PX {
+                self.streaks.push(run.to_vec(), electrons);
+            } else {
+                self.spots.extend(images(run, electrons, psf.step_px()));
+            }
+        }
+    }
+}
+
 /// Images in a row along chords that give `electrons` each, at most `step_px` apart.
 fn images(points: &[[f64; 2]], electrons: [f64; BANDS], step_px: f64) -> impl Iterator<Item = Spot> {
     points.windows(2).flat_map(move |ends| {
@@ -226,3 +250,6 @@ fn images(points: &[[f64; 2]], electrons: [f64; BANDS], step_px: f64) -> impl It
         })
     })
 }
+
+#[cfg(test)]
+mod tests;
