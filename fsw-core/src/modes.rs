@@ -6,18 +6,23 @@
 //! | from | guard | to |
 //! |---|---|---|
 //! | any but safe, commanded safe | `fault_patience_s` seconds in a row with a fault of detector or self-test and without an attitude | safe |
-//! | any but self-test, safe, commanded safe | the detector is blinded | Sun outage |
+//! | tracking, eclipse | the detector is blinded | Sun outage |
+//! | acquisition | the same; dwelt | Sun outage |
 //! | self-test | passed | acquisition |
-//! | acquisition | an attitude, and a rate by which the next one is predicted to the tracking gate; since tracking was lost or blinded, or safe mode left, at least `dwell_s` seconds | tracking, eclipse |
+//! | acquisition | an attitude, and a rate by which the next one is predicted to the tracking gate; dwelt | tracking, eclipse |
 //! | acquisition | `acquisition_timeout_s` seconds without an attitude | safe |
 //! | tracking, eclipse | no attitude for `patience_s` seconds | acquisition |
 //! | tracking | no limb in the field is lit, for `settle_s` seconds | eclipse |
 //! | eclipse | a limb in the field is lit, for `settle_s` seconds | tracking |
-//! | Sun outage | not blinded, attitude predicted to the tracking gate by the last rate | tracking, eclipse |
-//! | Sun outage | not blinded | acquisition |
+//! | Sun outage | not blinded, and as in acquisition; dwelt | tracking, eclipse |
+//! | Sun outage | not blinded for `dwell_s` seconds, attitude predicted to the tracking gate | tracking, eclipse |
+//! | Sun outage | not blinded for `dwell_s` seconds | acquisition |
 //! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
 //! | safe | self-test passed in `healthy_s` seconds in a row | acquisition |
 //! | commanded safe | none: only a command leaves it | |
+//!
+//! Dwelt: `dwell_s` seconds since tracking was lost, or a Sun outage or safe mode began or ended. Acquisition and
+//! Sun outage both identify stars wherever an image shows them, so nothing is lost by staying in them.
 //!
 //! Before a second begins, in this order:
 //!
@@ -54,7 +59,8 @@ pub enum Mode {
     Tracking,
     /// As tracking, but no limb in the field is lit: stars alone, the orbit is propagated.
     Eclipse,
-    /// The Sun blinds the detector: attitude by the last rate, orbit propagated.
+    /// The Sun blinds the detector, or did some seconds ago: attitude by the last rate, orbit propagated; of an
+    /// image that is not blinded stars are identified.
     SunOutage,
     /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every
     /// second.
@@ -107,9 +113,9 @@ parameter_group! {
         patience_s: u16 = 3, 1..=60, "s",
             "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
              1e6";
-        /// Least time from a loss of tracking, a blinded image or the end of safe mode until acquisition
-        /// ends: it goes on identifying stars as hardly chance would. What lost them, a slew or a gyro that
-        /// is wrong, may lose them again.
+        /// Least time of a Sun outage, and of acquisition after a loss of tracking, a Sun outage or safe mode:
+        /// they go on identifying stars as hardly chance would. What lost them, a slew, a gyro that is wrong
+        /// or the Sun's glare, may lose them again.
         dwell_s: u16 = 10, 1..=600, "s",
             "chosen: no three changes of mode within 10 s for want of stars";
         /// Time of faults in a row, without an attitude, before safe mode.
@@ -159,8 +165,10 @@ pub struct Modes {
     with_fault_us: i64,
     /// Uninterrupted time of passed self-tests in safe mode.
     healthy_us: i64,
-    /// Since tracking was last lost or blinded, or safe mode left; `None` where neither ever was.
+    /// Since tracking was last lost, or a Sun outage began or ended, or safe mode ended; `None` where none did.
     lost_us: Option<i64>,
+    /// Uninterrupted time of images that are not blinded in a Sun outage.
+    clear_us: i64,
     /// Uninterrupted time for which the limb's light contradicts the mode (dark in tracking, lit in
     /// eclipse).
     earth_changed_us: i64,
@@ -179,8 +187,10 @@ impl Modes {
 
     /// Sum of the words of mode and counters.
     pub fn word_sum(&self) -> u32 {
-        let Self { in_mode_us, without_attitude_us, with_fault_us, healthy_us, earth_changed_us, .. } = *self;
-        let counters = [in_mode_us, without_attitude_us, with_fault_us, healthy_us, earth_changed_us];
+        let Self { in_mode_us, without_attitude_us, with_fault_us, healthy_us, .. } = *self;
+        let Self { clear_us, earth_changed_us, .. } = *self;
+        let counters =
+            [in_mode_us, without_attitude_us, with_fault_us, healthy_us, clear_us, earth_changed_us];
         let rest = [self.instant.map_or(-1, LocalTime::as_us), self.lost_us.unwrap_or(-1)];
         let longs = counters.into_iter().chain(rest).map(|us| word_sum::of_long(us as u64));
         longs.fold(self.mode as u32, u32::wrapping_add)
@@ -219,6 +229,8 @@ impl Modes {
         self.without_attitude_us = count(self.without_attitude_us, !inputs.attitude);
         self.with_fault_us = count(self.with_fault_us, inputs.fault && !inputs.attitude);
         self.healthy_us = count(self.healthy_us, self.mode == Mode::Safe && !inputs.fault);
+        let clear = !inputs.blinded && !inputs.fault;
+        self.clear_us = count(self.clear_us, self.mode == Mode::SunOutage && clear);
         self.lost_us = self.lost_us.map(|us| count(us, true));
         self.earth_changed_us = count(self.earth_changed_us, earth_changed);
         let (mode, guard) = self.decide(inputs, parameters)?;
@@ -226,7 +238,7 @@ impl Modes {
         self.enter(mode);
         // These go on over changes of mode.
         self.with_fault_us = with_fault_us;
-        let begins = matches!(guard, Guard::AttitudeLost | Guard::Blinded | Guard::Healthy);
+        let begins = matches!(guard, Guard::AttitudeLost | Guard::Blinded | Guard::SunGone | Guard::Healthy);
         self.lost_us = if begins { Some(0) } else { lost_us };
         Some(guard)
     }
@@ -237,25 +249,23 @@ impl Modes {
         if !self.mode.is_safe() && reached(self.with_fault_us, parameters.fault_patience_s) {
             return Some((Mode::Safe, Guard::Faults));
         }
-        let searching = matches!(self.mode, Mode::Acquisition | Mode::Tracking | Mode::Eclipse);
-        if searching && inputs.blinded {
-            return Some((Mode::SunOutage, Guard::Blinded));
-        }
         let steady = reached(self.earth_changed_us, parameters.settle_s);
         let lost = reached(self.without_attitude_us, parameters.patience_s);
         let dwelt = self.lost_us.is_none_or(|us| reached(us, parameters.dwell_s));
+        let clear = !inputs.blinded && !inputs.fault;
+        let known = inputs.attitude && inputs.predicted && dwelt;
         match self.mode {
+            Mode::Tracking | Mode::Eclipse if inputs.blinded => Some((Mode::SunOutage, Guard::Blinded)),
+            Mode::Acquisition if inputs.blinded && dwelt => Some((Mode::SunOutage, Guard::Blinded)),
             Mode::SelfTest if !inputs.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
-            Mode::Acquisition if inputs.attitude && inputs.predicted && dwelt => {
-                Some((tracking_mode, Guard::AttitudeKnown))
-            }
+            Mode::Acquisition if known => Some((tracking_mode, Guard::AttitudeKnown)),
             Mode::Acquisition if reached(self.without_attitude_us, parameters.acquisition_timeout_s) => {
                 Some((Mode::Safe, Guard::TimedOut))
             }
             Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),
             Mode::Tracking if steady => Some((Mode::Eclipse, Guard::EarthDark)),
             Mode::Eclipse if steady => Some((Mode::Tracking, Guard::EarthLit)),
-            Mode::SunOutage if !inputs.blinded && !inputs.fault => {
+            Mode::SunOutage if clear && known || reached(self.clear_us, parameters.dwell_s) => {
                 Some((if inputs.predicted { tracking_mode } else { Mode::Acquisition }, Guard::SunGone))
             }
             Mode::SunOutage if reached(self.in_mode_us, parameters.outage_timeout_s) => {

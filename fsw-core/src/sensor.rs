@@ -156,6 +156,8 @@ pub struct Sensor<'c> {
     forecasting: forecasting::Forecasting,
     /// Of the last image in which stars were sought in windows.
     followed: tracking::Followed,
+    /// How the turn changes within the image whose stars are known or sought.
+    turn_change: tracking::TurnChange,
     /// Attitudes in a row that contradict the rate sensor.
     rate_sensor_doubts: u8,
     magnetism: Magnetism,
@@ -245,6 +247,7 @@ impl<'c> Sensor<'c> {
             shutting: Shutting::default(),
             forecasting: forecasting::Forecasting::default(),
             followed: tracking::Followed::default(),
+            turn_change: tracking::TurnChange::None,
             rate_sensor_doubts: 0,
             magnetism: Magnetism::default(),
             fixed_us: 0,
@@ -428,13 +431,13 @@ impl<'c> Sensor<'c> {
             }
             (_, Image::Blinded) => self.propagate_only(Some(Outcome::Blinded), stars),
             _ if !self.shutting.open().star() => self.propagate_only(Some(Outcome::StarPathShut), stars),
-            (Mode::Acquisition, _) => self.acquire_or_turn(detector, meter, ephemeris, stars)?,
+            (Mode::Acquisition | Mode::SunOutage, _) => {
+                self.acquire_or_turn(detector, meter, ephemeris, stars)?;
+            }
             (Mode::Tracking | Mode::Eclipse, _) => {
                 stars.activity = Activity::StarTracking;
                 stars.outcome = Some(self.track(detector, meter, ephemeris, stars)?);
             }
-            // The prediction is not reported: the next second acquires, or tracks by it.
-            (Mode::SunOutage, _) => stars.activity = Activity::Propagation,
         }
         Ok(())
     }
@@ -465,9 +468,9 @@ impl<'c> Sensor<'c> {
         let before = self.modes.mode();
         let Some(guard) = self.modes.next(self.now, &inputs, &self.parameters.modes) else { return };
         record.events.note(Event::Mode(self.modes.mode(), guard));
-        // An attitude that was lost is not to be trusted again; one that was only predicted for too long is.
+        // An attitude that was lost is not to be trusted again; nor is one that was only predicted for too long.
         let lost = guard == Guard::AttitudeLost
-            || (before, self.modes.mode()) == (Mode::SunOutage, Mode::Acquisition);
+            || (before, self.modes.mode()) == (Mode::SunOutage, Mode::Acquisition) && !inputs.attitude;
         if lost || self.modes.mode().is_safe() {
             self.lose_attitude();
         }

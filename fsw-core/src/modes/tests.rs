@@ -124,23 +124,33 @@ fn the_sun_interrupts_every_mode_that_looks() {
 
 #[test]
 fn after_the_sun_an_attitude_that_was_predicted_well_saves_the_acquisition() {
-    assert_eq!(after(SunOutage, &[BLINDED, NOTHING]), [SunOutage, Acquisition]);
-    assert_eq!(after(SunOutage, &[ModeInputs { predicted: true, ..NOTHING }]), [Tracking]);
-    assert_eq!(after(SunOutage, &[ModeInputs { predicted: true, dark: Some(true), ..NOTHING }]), [Eclipse]);
+    assert_eq!(after(SunOutage, &[BLINDED, ATTITUDE]), [SunOutage, Tracking]);
+    assert_eq!(after(SunOutage, &[BLINDED, DARK]), [SunOutage, Eclipse]);
+    // Without stars it is looked for them for a while, and by a good prediction tracked all the same.
+    assert_eq!(after(SunOutage, &[NOTHING; 9])[7..], [SunOutage, Acquisition]);
+    assert_eq!(
+        after(SunOutage, &[ModeInputs { attitude: false, ..ATTITUDE }; 9])[7..],
+        [SunOutage, Tracking]
+    );
     assert_eq!(after(SunOutage, &[BLINDED; 30])[28..], [SunOutage, Safe]);
 }
 
 #[test]
-fn after_a_short_outage_that_leaves_no_prediction_acquisition_goes_on_for_a_while() {
+fn an_outage_lasts_for_a_while_and_so_does_acquisition() {
     let seen = ModeInputs { predicted: false, ..ATTITUDE };
     for blinded in 1..30 {
-        let outage = vec![BLINDED; blinded];
-        let modes = after(Tracking, &[outage, vec![seen], vec![ATTITUDE; 12]].concat());
-        let changed = changes(&modes);
+        let modes = after(Tracking, &[vec![BLINDED; blinded], vec![seen], vec![ATTITUDE; 12]].concat());
         // To the outage in the first second.
-        assert_eq!(changed.first(), Some(&blinded), "{changed:?}");
-        assert_eq!(changed.get(1), Some(&(blinded + 1).max(9)), "{changed:?}");
+        let left = (blinded + 1).max(9);
+        assert_eq!(changes(&modes), [left], "{blinded}");
+        assert_eq!((modes[0], modes[left]), (SunOutage, Tracking), "{blinded}");
     }
+    // Blinded as soon as tracking was lost, and in the first second of acquisition.
+    assert_eq!(
+        changes(&after(Tracking, &[[NOTHING; 3], [BLINDED; 3], [BLINDED; 3], [BLINDED; 3]].concat())),
+        [2, 11]
+    );
+    assert_eq!(after(Acquisition, &[BLINDED]), [SunOutage]);
 }
 
 #[test]
@@ -189,21 +199,25 @@ fn changes(modes: &[Mode]) -> Vec<usize> {
 
 proptest! {
     #[test]
-    fn the_mode_changes_no_more_than_twice_in_ten_seconds_however_stars_and_faults_come_and_go(
-        seconds in prop::collection::vec((prop::bool::weighted(0.5), any::<bool>(), any::<bool>()), 60..200),
+    fn the_mode_changes_no_more_than_twice_in_ten_seconds_however_stars_faults_and_the_sun_come_and_go(
+        seconds in prop::collection::vec(any::<(bool, bool, bool, bool)>(), 60..200),
         longest_fault in 1usize..40,
+        longest_glare in 1usize..40,
         dark in any::<Option<bool>>(),
     ) {
-        // In every second stretch of time the detector fails in every second.
-        let of = |(second, (attitude, predicted, fault)): (usize, &(bool, bool, bool))| {
+        // In every second stretch of time the detector fails in every second, or the Sun may blind it: a blinded
+        // image is an image.
+        let of = |(second, (attitude, predicted, fault, glare)): (usize, &(bool, bool, bool, bool))| {
             let fails = (second / longest_fault) % 2 == 1;
-            let attitude = *attitude && !fails;
-            ModeInputs { attitude, predicted: *predicted, fault: *fault || fails, dark, ..NOTHING }
+            let blinded = *glare && (second / longest_glare) % 2 == 1 && !fails;
+            let attitude = *attitude && !fails && !blinded;
+            ModeInputs { attitude, predicted: *predicted, blinded, fault: *fault && !blinded || fails, dark }
         };
         let parameters = ModeParameters { acquisition_timeout_s: 10_000, ..ModeParameters::default() };
         let seconds: Vec<_> = seconds.iter().enumerate().map(of).collect();
-        let changes = changes(&after_steps_with(Tracking, &seconds, 1_000_000, &parameters));
-        prop_assert!(changes.windows(3).all(|three| three[2] - three[0] >= 10), "{:?}", changes);
+        let modes = after_steps_with(Tracking, &seconds, 1_000_000, &parameters);
+        let changes: Vec<_> = changes(&modes).into_iter().map(|second| (second, modes[second])).collect();
+        prop_assert!(changes.windows(3).all(|three| three[2].0 - three[0].0 >= 10), "{:?}", changes);
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
+use super::tracking::TurnChange;
 use super::{Sensor, Workspace};
 use crate::attitude::filter::seconds;
 use crate::frames::{Icrs, Rotation, StarPath};
@@ -80,7 +81,9 @@ impl Sensor<'_> {
         let detections = &mut self.workspace.detections;
         stars.count(detections.spots().len(), detections);
         if scans {
-            match detections.smear(FEWEST_STREAKS) {
+            let smear = detections.smear(FEWEST_STREAKS);
+            self.turn_change = TurnChange::of(smear);
+            match smear {
                 Smear::Points | Smear::Blurred | Smear::MostlyBlurred if moved => detections.doubt(MOVED_PX),
                 Smear::Points | Smear::Blurred | Smear::MostlyBlurred => {}
                 Smear::Drawn => detections.keep_drawn(),

@@ -5,6 +5,7 @@ use super::Sensor;
 use super::freshness::{Age, Solved};
 use super::record::{Solution, StarRecord};
 use super::timekeeping::SECOND_US;
+use super::tracking::TurnChange;
 use crate::attitude::filter::{Filter, seconds};
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::order::fill;
@@ -61,10 +62,20 @@ impl Sensor<'_> {
         if self.turning.is_of_lines() {
             widen(&mut sigma_rad, self.turning.middle_sigma_rad(self.exposure_s()).into());
         }
+        widen(&mut sigma_rad, self.change_sigma_rad());
         (self.former, self.likeliest) = (Some(attitude), None);
         self.motion.trust_again(&attitude, &sigma_rad, image);
-        let updated =
-            self.motion.as_mut().map(|motion| motion.measurement_update(attitude, sigma_rad, image));
+        let change = self.turn_change;
+        let updated = self.motion.as_mut().map(|motion| {
+            if change == TurnChange::Onset && !motion.has_rate_sensor() {
+                motion.reinitialise(attitude, sigma_rad, image);
+                return false;
+            }
+            if change == TurnChange::Some {
+                motion.expect_change();
+            }
+            motion.measurement_update(attitude, sigma_rad, image)
+        });
         if updated.is_none_or(|contradicts| self.shuts_rate_sensor_out(contradicts)) {
             let begun = Filter::new(attitude, sigma_rad, image);
             self.motion = match self.turning.rate_at(image) {

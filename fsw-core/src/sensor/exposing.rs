@@ -75,10 +75,10 @@ impl Sensor<'_> {
     fn exposure_asked_us(&self) -> Option<u32> {
         let divisor = match self.modes.mode() {
             Mode::CommandedSafe => return None,
-            Mode::Acquisition if self.searching_since.is_some() => return None,
-            Mode::Acquisition => self.turning.divisor(),
+            Mode::Acquisition | Mode::SunOutage if self.searching_since.is_some() => return None,
+            Mode::Acquisition | Mode::SunOutage => self.turning.divisor(),
             Mode::Tracking | Mode::Eclipse => self.tracking_divisor(),
-            Mode::SelfTest | Mode::Safe | Mode::SunOutage => 1,
+            Mode::SelfTest | Mode::Safe => 1,
         };
         Some((self.parameters.imaging.exposure_us / u32::from(divisor.max(1))).max(SHORTEST_US))
     }

@@ -1,7 +1,6 @@
 //! Known stars followed in windows about their predicted places.
 
 use super::Sensor;
-use super::attitude::widen;
 use super::propagation::Ephemeris;
 use super::record::StarRecord;
 use crate::attitude::filter::Filter;
@@ -35,13 +34,39 @@ const SURE_LOG10_CHANCE: f32 = -2.0;
 /// meet a window.
 const FEWEST_STREAKS: u32 = 2;
 
-/// Of a turn that begins in the middle of the exposure the mean of the light is a sixth of the way from where
-/// it is in the middle, px. Ways up to 4 px, from which on stars no longer look round, have this sixth, rms.
-const BLURRED_PX: f32 = 0.4;
-/// The same of a turn that begins within the exposure and goes far: most stars look otherwise that did not in
-/// the image before, or less than half are left. Of 90,000 images of slews and jitter 100 were such, and two
-/// of these off by 2 and 3 px.
-const ONSET_PX: f32 = 2.0;
+/// How the turn changes within an exposure, as far as the stars show it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum TurnChange {
+    #[default]
+    None,
+    /// Many stars look otherwise than the turn that is told would make them.
+    Some,
+    /// The turn begins and goes far: most stars look otherwise that did not in the image before, or less than half
+    /// are left. Of 90,000 images of slews and jitter 100 were such, and two of these off by 2 and 3 px.
+    Onset,
+}
+
+impl TurnChange {
+    /// What one image shows by itself.
+    pub(super) fn of(smear: Smear) -> Self {
+        match smear {
+            Smear::Blurred | Smear::MostlyBlurred => Self::Some,
+            Smear::Points | Smear::Drawn | Smear::Streaks => Self::None,
+        }
+    }
+
+    /// Standard deviation of the mean of the light from where it is in the middle of the exposure, px. Where a
+    /// turn begins in the middle it is a sixth of the way, and ways up to 4 px, from which on stars no longer look
+    /// round, have this sixth, rms.
+    fn sigma_px(self) -> f32 {
+        match self {
+            Self::None => 0.0,
+            Self::Some => 0.4,
+            Self::Onset => 2.0,
+        }
+    }
+}
+
 /// An image of fewer stars shows half as many in the next by chance.
 const MANY_STARS: u8 = 8;
 
@@ -85,24 +110,14 @@ impl Sensor<'_> {
         }
         self.measure_windows(stars);
         meter.begin(Stage::Confirm);
-        let mut confirmed = self.confirm(&expectation);
+        let confirmed = self.confirm(&expectation);
         meter.end(Stage::Confirm);
         let seen = confirmed.as_ref().map_or(0, |confirmed| confirmed.matches.len());
         let now = Followed { stars: seen as u8, sharp: smear == Smear::Points };
         let before = core::mem::replace(&mut self.followed, now);
         let begins = smear == Smear::MostlyBlurred && before.sharp
             || before.stars >= MANY_STARS && 2 * now.stars < before.stars;
-        let blur_px = match smear {
-            _ if begins => Some(ONSET_PX),
-            Smear::Blurred | Smear::MostlyBlurred => Some(BLURRED_PX),
-            _ => None,
-        };
-        if let (Some(blur_px), Some(confirmed)) = (blur_px, &mut confirmed) {
-            self.widen_by_blur(&mut confirmed.sigma_rad, blur_px);
-            if let Some(motion) = self.motion.as_mut() {
-                motion.expect_change();
-            }
-        }
+        self.turn_change = if begins { TurnChange::Onset } else { TurnChange::of(smear) };
         Ok(self.follow(confirmed.as_ref(), clear_windows, stars))
     }
 
@@ -122,6 +137,7 @@ impl Sensor<'_> {
         if self.workspace.detections.smear(FEWEST_STREAKS) != Smear::Points {
             return Ok(false);
         }
+        self.turn_change = TurnChange::None;
         self.measure_windows(stars);
         meter.begin(Stage::Identify);
         let found = self.find_near(attitude, plan::searched_px(windows));
@@ -233,13 +249,13 @@ impl Sensor<'_> {
             .then(|| Turn::new(optical_centre_px, focal_length_px, mirrored, turn_rad.into()))
     }
 
-    /// Adds what a turn that changes within the exposure moves the mean of the light from where it is in the
-    /// middle, px.
-    fn widen_by_blur(&self, sigma_rad: &mut [f32; 3], blur_px: f32) {
+    /// By how much the mean of the light may turn the attitude of an image within which the turn changes, one
+    /// sigma an axis, rad.
+    pub(super) fn change_sigma_rad(&self) -> [f32; 3] {
         let [half_width, half_height] = self.camera.middle_px();
-        let across = blur_px * self.camera.rad_per_px();
-        let about = blur_px / hypotenuse(half_width, half_height);
-        widen(sigma_rad, [across, across, about]);
+        let sigma_px = self.turn_change.sigma_px();
+        let across = sigma_px * self.camera.rad_per_px();
+        [across, across, sigma_px / hypotenuse(half_width, half_height)]
     }
 
     /// Exposure of the last image that was asked for, s.

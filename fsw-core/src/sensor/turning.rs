@@ -14,6 +14,7 @@ mod streaks;
 use super::Sensor;
 use super::propagation::Ephemeris;
 use super::record::StarRecord;
+use super::tracking::TurnChange;
 use crate::attitude::filter::{Filter, Rate, free_body_change, seconds};
 use crate::image::streaks::Streak;
 use crate::order::fill;
@@ -257,6 +258,7 @@ impl Sensor<'_> {
         stars: &mut StarRecord,
     ) -> Result<(), DetectorError> {
         stars.activity = Activity::StreakSearch;
+        self.turn_change = TurnChange::None;
         meter.begin(Stage::Streaks);
         let found = self.lines(detector);
         meter.end(Stage::Streaks);

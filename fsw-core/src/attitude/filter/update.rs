@@ -21,7 +21,6 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         sigma_rad: [f32; 3],
         instant: LocalTime,
     ) -> bool {
-        let elapsed_s = seconds(instant.us_since(self.updated_at));
         let mut then = *self;
         let propagated = then.propagate(instant, None);
         let innovation = attitude.angle_from(&then.attitude);
@@ -32,15 +31,29 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             false
         } else {
             let contradicts = propagated && self.sensor.is_some();
-            let anew = Self {
-                sensor: self.sensor,
-                reading: self.reading,
-                contradicted_at: propagated.then_some(instant).or(self.contradicted_at),
-                ..Self::new(attitude, sigma_rad, instant)
-            };
-            *self = anew.with_rate_after(&then, &innovation, elapsed_s);
+            self.reinitialise(attitude, sigma_rad, instant);
             contradicts
         }
+    }
+
+    /// Begins anew with an attitude, and the rate from the last one to it.
+    pub fn reinitialise(
+        &mut self,
+        attitude: Rotation<Icrs, StarPath>,
+        sigma_rad: [f32; 3],
+        instant: LocalTime,
+    ) {
+        let elapsed_s = seconds(instant.us_since(self.updated_at));
+        let mut then = *self;
+        let propagated = then.propagate(instant, None);
+        let innovation = attitude.angle_from(&then.attitude);
+        let anew = Self {
+            sensor: self.sensor,
+            reading: self.reading,
+            contradicted_at: propagated.then_some(instant).or(self.contradicted_at),
+            ..Self::new(attitude, sigma_rad, instant)
+        };
+        *self = anew.with_rate_after(&then, &innovation, elapsed_s);
     }
 
     /// Measurement update by a single star: two axes across its direction. `false`, and no change, where
