@@ -20,6 +20,7 @@ use crate::attitude::covariance::{Information, sigmas_rad};
 use crate::attitude::{VectorPair, wahba};
 use crate::frames::{Icrs, Rotation, StarPath};
 use heapless::Vec;
+use nalgebra::Matrix3;
 
 /// Rounds of matching and solving; the radius shrinks from 2 tolerances to 1.
 pub const ROUNDS: usize = 3;
@@ -192,9 +193,13 @@ fn match_stars(
     matches
 }
 
-/// Huber threshold of the solution, sigmas: larger residuals come from a proton, a hot pixel or a neighbour
-/// in the star's image.
+/// Huber threshold of the solution, sigmas of the residual: larger ones come from a proton, a hot pixel or a
+/// neighbour in the star's image. A residual's sigma is that of the centroid times `sqrt(1 - h)` (Schweppe's
+/// form; Huber 1981, ch. 7): a bright star at the border draws the roll along, so that its own residual hides
+/// the share `h` of its error.
 const HUBER_SIGMAS: f32 = 2.0;
+/// Largest share: beyond, what is left of the residual is rounding and noise.
+const MOST_LEVERAGE: f32 = 0.9;
 /// Huber threshold of the sigma scale, sigmas: 1 in 3,000 good residuals is larger.
 const OUTLIER_SIGMAS: f32 = 4.0;
 
@@ -205,16 +210,35 @@ fn robust_sigma_px(found: &Match, seen: &MeasuredStar, sigmas: f32) -> f32 {
     seen.sigma_px.max(libm::sqrtf(dx * dx + dy * dy) / sigmas)
 }
 
-/// Vector pairs of the matches; proximity-flagged stars take no part unless `all` is set.
-fn vector_pairs(matches: &[Match], field: &StarField, all: bool) -> Vec<VectorPair, MAX_FIELD_STARS> {
+/// The share of its error by which a star that is `paired` draws an attitude of this covariance along, both
+/// axes together.
+fn leverage(paired: &VectorPair, covariance_rad2: &Matrix3<f32>) -> f32 {
+    let v = paired.measured.vector();
+    let moved_rad2 = covariance_rad2.trace() - v.dot(&(covariance_rad2 * v));
+    moved_rad2 / (paired.sigma_rad * paired.sigma_rad)
+}
+
+/// Vector pairs of the matches; proximity-flagged stars take no part unless `all` is set. With the covariance
+/// of an attitude by such pairs each residual is weighed against what that star leaves of it.
+fn vector_pairs(
+    matches: &[Match],
+    field: &StarField,
+    all: bool,
+    covariance_rad2: Option<&Matrix3<f32>>,
+) -> Vec<VectorPair, MAX_FIELD_STARS> {
     let mut pairs = Vec::new();
     for found in matches {
         let star = field.catalogue.star(found.star).filter(|star| all || !star.proximity);
         if let (Some(seen), Some(star)) = (field.measured().get(usize::from(found.measured)), star) {
+            let apparent = field.catalogue.apparent_direction(&star);
+            let paired = |sigmas: f32| {
+                let doubted = MeasuredStar { sigma_px: robust_sigma_px(found, seen, sigmas), ..*seen };
+                field.colour_corrected(&doubted, &star).paired_with(apparent, field.camera)
+            };
+            let pair = paired(HUBER_SIGMAS);
+            let left = covariance_rad2.map(|covariance| 1.0 - leverage(&pair, covariance).min(MOST_LEVERAGE));
             // There are no more matches than the list holds.
-            let doubted = MeasuredStar { sigma_px: robust_sigma_px(found, seen, HUBER_SIGMAS), ..*seen };
-            let seen = field.colour_corrected(&doubted, &star);
-            let _ = pairs.push(seen.paired_with(field.catalogue.apparent_direction(&star), field.camera));
+            let _ = pairs.push(left.map_or(pair, |left| paired(HUBER_SIGMAS * libm::sqrtf(left))));
         }
     }
     pairs
@@ -246,10 +270,12 @@ pub fn match_predicted_stars(
 #[inline(never)]
 fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
     [false, true].into_iter().find_map(|all| {
-        let pairs = vector_pairs(matches, field, all);
+        let pairs = vector_pairs(matches, field, all, None);
         if pairs.len() < 3 && !all {
             return None;
         }
+        let covariance = Information::of(&pairs).covariance_rad2()?;
+        let pairs = vector_pairs(matches, field, all, Some(&covariance));
         let attitude = wahba::svd::solve(&pairs).ok()?;
         Some((attitude, sigmas_rad(&Information::of(&pairs).covariance_rad2()?)))
     })
