@@ -15,8 +15,8 @@
 //! | tracking | no limb in the field is lit, for `settle_s` seconds | eclipse |
 //! | eclipse | a limb in the field is lit, for `settle_s` seconds | tracking |
 //! | Sun outage | not blinded, and as in acquisition; dwelt | tracking, eclipse |
-//! | Sun outage | not blinded for `dwell_s` seconds, attitude predicted to the tracking gate | tracking, eclipse |
-//! | Sun outage | not blinded for `dwell_s` seconds | acquisition |
+//! | Sun outage | not blinded for `settle_s` seconds, attitude predicted to the tracking gate; dwelt | tracking, eclipse |
+//! | Sun outage | not blinded for `settle_s` seconds; dwelt | acquisition |
 //! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
 //! | safe | self-test passed in `healthy_s` seconds in a row | acquisition |
 //! | commanded safe | none: only a command leaves it | |
@@ -122,7 +122,8 @@ parameter_group! {
         fault_patience_s: u16 = 13, 1..=600, "s",
             "`patience_s` and ten more: bursts of faults of ten seconds are borne in acquisition, and no three \
              changes of mode lie within 10 s";
-        /// Time for which the Earth must be dark, or lit, before it counts as such.
+        /// Time for which the Earth must be dark, or lit, before it counts as such, and a detector that was
+        /// blinded clear before acquisition begins.
         settle_s: u16 = 3, 1..=60, "s",
             "two wrong frames change no mode; in LEO the Sun moves 0.2 deg, less than from `lit_deg` to \
              `usable_deg`";
@@ -265,7 +266,7 @@ impl Modes {
             Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),
             Mode::Tracking if steady => Some((Mode::Eclipse, Guard::EarthDark)),
             Mode::Eclipse if steady => Some((Mode::Tracking, Guard::EarthLit)),
-            Mode::SunOutage if clear && known || reached(self.clear_us, parameters.dwell_s) => {
+            Mode::SunOutage if clear && known || dwelt && reached(self.clear_us, parameters.settle_s) => {
                 Some((if inputs.predicted { tracking_mode } else { Mode::Acquisition }, Guard::SunGone))
             }
             Mode::SunOutage if reached(self.in_mode_us, parameters.outage_timeout_s) => {

@@ -127,11 +127,8 @@ fn after_the_sun_an_attitude_that_was_predicted_well_saves_the_acquisition() {
     assert_eq!(after(SunOutage, &[BLINDED, ATTITUDE]), [SunOutage, Tracking]);
     assert_eq!(after(SunOutage, &[BLINDED, DARK]), [SunOutage, Eclipse]);
     // Without stars it is looked for them for a while, and by a good prediction tracked all the same.
-    assert_eq!(after(SunOutage, &[NOTHING; 9])[7..], [SunOutage, Acquisition]);
-    assert_eq!(
-        after(SunOutage, &[ModeInputs { attitude: false, ..ATTITUDE }; 9])[7..],
-        [SunOutage, Tracking]
-    );
+    assert_eq!(after(SunOutage, &[NOTHING; 2]), [SunOutage, Acquisition]);
+    assert_eq!(after(SunOutage, &[ModeInputs { attitude: false, ..ATTITUDE }; 2]), [SunOutage, Tracking]);
     assert_eq!(after(SunOutage, &[BLINDED; 30])[28..], [SunOutage, Safe]);
 }
 
