@@ -18,6 +18,7 @@ use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
 use super::{MAX_MEASURED, MeasuredStar, StarField};
 use crate::attitude::covariance::{Information, sigmas_rad};
 use crate::attitude::{VectorPair, wahba};
+use crate::catalog::Star;
 use crate::frames::{Icrs, Rotation, StarPath};
 use heapless::Vec;
 use nalgebra::Matrix3;
@@ -218,28 +219,39 @@ fn leverage(paired: &VectorPair, covariance_rad2: &Matrix3<f32>) -> f32 {
     moved_rad2 / (paired.sigma_rad * paired.sigma_rad)
 }
 
-/// Vector pairs of the matches; proximity-flagged stars take no part unless `all` is set. With the covariance
-/// of an attitude by such pairs each residual is weighed against what that star leaves of it.
+/// The catalogue star of a match that takes part in a solution: none that is proximity-flagged unless `all` is
+/// set.
+fn used(found: &Match, field: &StarField, all: bool) -> Option<Star> {
+    field.catalogue.star(found.star).filter(|star| all || !star.proximity)
+}
+
+/// Vector pairs of the matches that take part. `drawn`: the covariance of an attitude by such pairs, rad², and
+/// the scale of the image's residuals; each is then weighed against what its star leaves of it.
 fn vector_pairs(
     matches: &[Match],
     field: &StarField,
     all: bool,
-    covariance_rad2: Option<&Matrix3<f32>>,
+    drawn: Option<(&Matrix3<f32>, f32)>,
 ) -> Vec<VectorPair, MAX_FIELD_STARS> {
     let mut pairs = Vec::new();
     for found in matches {
-        let star = field.catalogue.star(found.star).filter(|star| all || !star.proximity);
-        if let (Some(seen), Some(star)) = (field.measured().get(usize::from(found.measured)), star) {
-            let apparent = field.catalogue.apparent_direction(&star);
-            let paired = |sigmas: f32| {
-                let doubted = MeasuredStar { sigma_px: robust_sigma_px(found, seen, sigmas), ..*seen };
-                field.colour_corrected(&doubted, &star).paired_with(apparent, field.camera)
-            };
-            let pair = paired(HUBER_SIGMAS);
-            let left = covariance_rad2.map(|covariance| 1.0 - leverage(&pair, covariance).min(MOST_LEVERAGE));
-            // There are no more matches than the list holds.
-            let _ = pairs.push(left.map_or(pair, |left| paired(HUBER_SIGMAS * libm::sqrtf(left))));
-        }
+        let (Some(seen), Some(star)) =
+            (field.measured().get(usize::from(found.measured)), used(found, field, all))
+        else {
+            continue;
+        };
+        let apparent = field.catalogue.apparent_direction(&star);
+        let paired = |sigmas: f32| {
+            let doubted = MeasuredStar { sigma_px: robust_sigma_px(found, seen, sigmas), ..*seen };
+            field.colour_corrected(&doubted, &star).paired_with(apparent, field.camera)
+        };
+        let pair = paired(HUBER_SIGMAS);
+        let sigmas = drawn.map(|(covariance_rad2, scale)| {
+            let left = 1.0 - leverage(&pair, covariance_rad2).min(MOST_LEVERAGE);
+            HUBER_SIGMAS * (scale * libm::sqrtf(left)).min(1.0)
+        });
+        // There are no more matches than the list holds.
+        let _ = pairs.push(sigmas.map_or(pair, paired));
     }
     pairs
 }
@@ -275,7 +287,10 @@ fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPat
             return None;
         }
         let covariance = Information::of(&pairs).covariance_rad2()?;
-        let pairs = vector_pairs(matches, field, all, Some(&covariance));
+        let taken = matches.iter().filter(|found| used(found, field, all).is_some());
+        let (chi_square, freedom) = chi_square(taken, field);
+        let scale = libm::sqrtf((chi_square / freedom).max(1.0));
+        let pairs = vector_pairs(matches, field, all, Some((&covariance, scale)));
         let attitude = wahba::svd::solve(&pairs).ok()?;
         Some((attitude, sigmas_rad(&Information::of(&pairs).covariance_rad2()?)))
     })
@@ -284,18 +299,23 @@ fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPat
 /// Weight of the centroids' own sigmas against the residuals of the image, as a number of residuals.
 const PRIOR_RESIDUALS: f32 = 10.0;
 
+/// Chi-square of the residuals of matches and its degrees of freedom: two residuals a star, less the three
+/// angles that were fitted.
+fn chi_square<'a>(matches: impl Iterator<Item = &'a Match>, field: &StarField) -> (f32, f32) {
+    let (sum, count) = matches.fold((0.0, 0), |(sum, count), found| {
+        let seen = field.measured().get(usize::from(found.measured));
+        let sigma = seen.map_or(1.0, |seen| robust_sigma_px(found, seen, OUTLIER_SIGMAS));
+        let [dx, dy] = found.residual_px;
+        (sum + (dx * dx + dy * dy) / (sigma * sigma), count + 1)
+    });
+    (sum, 2.0 * count as f32 - 3.0)
+}
+
 /// Scale of the centroids' sigmas by the residuals: `sqrt(chi² / freedom)` where that exceeds 1. Below 1 a
 /// prior of weight [`PRIOR_RESIDUALS`] limits it, because few residuals may be small by chance; with a
 /// calibrated lens, whose sigmas are known, it is 1.
 fn sigma_scale(matches: &[Match], field: &StarField) -> f32 {
-    let chi_square = matches.iter().fold(0.0, |sum, found| {
-        let seen = field.measured().get(usize::from(found.measured));
-        let sigma = seen.map_or(1.0, |seen| robust_sigma_px(found, seen, OUTLIER_SIGMAS));
-        let [dx, dy] = found.residual_px;
-        sum + (dx * dx + dy * dy) / (sigma * sigma)
-    });
-    // Two residuals a star, less the three angles that were fitted.
-    let freedom = 2.0 * matches.len() as f32 - 3.0;
+    let (chi_square, freedom) = chi_square(matches.iter(), field);
     let ratio = chi_square / freedom;
     if ratio > 1.0 {
         return libm::sqrtf(ratio);

@@ -368,6 +368,30 @@ fn the_sun_in_a_path_is_reported_when_it_blinds_and_another_light_is_not_called_
 }
 
 #[test]
+fn glare_that_comes_and_goes_hardly_changes_the_mode_and_every_clear_image_has_its_attitude() {
+    let mut world = World::clip("geo-eclipse");
+    // Blinded in every third second, or in two of three.
+    let blinded =
+        |second: u32| (20..60).contains(&second) && (second % 3 == 0 || second > 40 && second % 3 == 1);
+    let before = |second: u32, world: &mut World| {
+        (world.only, world.elsewhere) =
+            if blinded(second) { (vec![[-1e6; 2]], world.geometry().full_scale()) } else { (vec![], 0) };
+        Command::Continue
+    };
+    let reports = fly(&mut world, 80, before, |_, _| {});
+    let changes: Vec<usize> =
+        (1..reports.len()).filter(|second| reports[*second].mode != reports[second - 1].mode).collect();
+    println!("the mode changes in seconds {changes:?}");
+    assert!(changes.windows(3).all(|three| three[2] - three[0] >= 10));
+    assert!(reports.iter().any(|report| report.mode == Mode::SunOutage));
+    for (second, report) in reports.iter().enumerate().skip(10) {
+        let told = report.attitude.as_ref().is_some_and(|attitude| attitude.age_s == 0);
+        assert_eq!(told, !blinded(second as u32), "{second}: {:?} {:?}", report.mode, report.outcome);
+    }
+    assert_eq!(reports.last().map(|report| report.mode), Some(Mode::Tracking));
+}
+
+#[test]
 fn rows_of_a_rolling_shutter_are_brought_to_the_middle_of_the_frame() {
     // In a low orbit a star moves by 230 arcsec a second, 230 x 0.2 s between the first row and the middle
     // one.
