@@ -199,8 +199,8 @@ fn match_stars(
 /// form; Huber 1981, ch. 7): a bright star at the border draws the roll along, so that its own residual hides
 /// the share `h` of its error.
 const HUBER_SIGMAS: f32 = 2.0;
-/// Largest share: beyond, what is left of the residual is rounding and noise.
-const MOST_LEVERAGE: f32 = 0.9;
+/// Least of what a star leaves of its residual, `1 - h`: less is rounding and noise.
+const LEAST_LEFT: f32 = 0.1;
 /// Huber threshold of the sigma scale, sigmas: 1 in 3,000 good residuals is larger.
 const OUTLIER_SIGMAS: f32 = 4.0;
 
@@ -225,35 +225,35 @@ fn used(found: &Match, field: &StarField, all: bool) -> Option<Star> {
     field.catalogue.star(found.star).filter(|star| all || !star.proximity)
 }
 
-/// Vector pairs of the matches that take part. `drawn`: the covariance of an attitude by such pairs, rad², and
-/// the scale of the image's residuals; each is then weighed against what its star leaves of it.
-fn vector_pairs(
-    matches: &[Match],
-    field: &StarField,
-    all: bool,
-    drawn: Option<(&Matrix3<f32>, f32)>,
-) -> Vec<VectorPair, MAX_FIELD_STARS> {
+/// Vector pairs of the matches that take part.
+fn vector_pairs(matches: &[Match], field: &StarField, all: bool) -> Vec<VectorPair, MAX_FIELD_STARS> {
     let mut pairs = Vec::new();
     for found in matches {
-        let (Some(seen), Some(star)) =
-            (field.measured().get(usize::from(found.measured)), used(found, field, all))
-        else {
-            continue;
-        };
-        let apparent = field.catalogue.apparent_direction(&star);
-        let paired = |sigmas: f32| {
-            let doubted = MeasuredStar { sigma_px: robust_sigma_px(found, seen, sigmas), ..*seen };
-            field.colour_corrected(&doubted, &star).paired_with(apparent, field.camera)
-        };
-        let pair = paired(HUBER_SIGMAS);
-        let sigmas = drawn.map(|(covariance_rad2, scale)| {
-            let left = 1.0 - leverage(&pair, covariance_rad2).min(MOST_LEVERAGE);
-            HUBER_SIGMAS * (scale * libm::sqrtf(left)).min(1.0)
-        });
-        // There are no more matches than the list holds.
-        let _ = pairs.push(sigmas.map_or(pair, paired));
+        let seen = field.measured().get(usize::from(found.measured));
+        if let Some((seen, star)) = seen.zip(used(found, field, all)) {
+            let doubted = MeasuredStar { sigma_px: robust_sigma_px(found, seen, HUBER_SIGMAS), ..*seen };
+            let seen = field.colour_corrected(&doubted, &star);
+            // There are no more matches than the list holds.
+            let _ = pairs.push(seen.paired_with(field.catalogue.apparent_direction(&star), field.camera));
+        }
     }
     pairs
+}
+
+/// Weighs the residual of each of these pairs, of the matches that take part, against what its star leaves of it.
+/// Where the image's residuals are larger than their sigmas all alike, none is doubted for that.
+fn doubt_drawn(pairs: &mut [VectorPair], matches: &[Match], field: &StarField, all: bool) -> Option<()> {
+    let covariance_rad2 = Information::of(pairs).covariance_rad2()?;
+    let taken = || matches.iter().filter(|found| used(found, field, all).is_some());
+    let (chi_square, freedom) = chi_square(taken(), field);
+    let scale = (chi_square / freedom).max(1.0);
+    for (pair, Match { residual_px: [dx, dy], .. }) in pairs.iter_mut().zip(taken()) {
+        let left = (1.0 - leverage(pair, &covariance_rad2)).max(LEAST_LEFT);
+        let sigmas = HUBER_SIGMAS * libm::sqrtf((scale * left).min(1.0));
+        let doubted_px = libm::sqrtf(dx * dx + dy * dy) / sigmas;
+        pair.sigma_rad = pair.sigma_rad.max(doubted_px * field.camera.rad_per_px());
+    }
+    Some(())
 }
 
 /// The brightest stars, at most [`MAX_FEW_STARS`], that are measured within `radius_px` of their position
@@ -282,15 +282,11 @@ pub fn match_predicted_stars(
 #[inline(never)]
 fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
     [false, true].into_iter().find_map(|all| {
-        let pairs = vector_pairs(matches, field, all, None);
+        let mut pairs = vector_pairs(matches, field, all);
         if pairs.len() < 3 && !all {
             return None;
         }
-        let covariance = Information::of(&pairs).covariance_rad2()?;
-        let taken = matches.iter().filter(|found| used(found, field, all).is_some());
-        let (chi_square, freedom) = chi_square(taken, field);
-        let scale = libm::sqrtf((chi_square / freedom).max(1.0));
-        let pairs = vector_pairs(matches, field, all, Some((&covariance, scale)));
+        doubt_drawn(&mut pairs, matches, field, all)?;
         let attitude = wahba::svd::solve(&pairs).ok()?;
         Some((attitude, sigmas_rad(&Information::of(&pairs).covariance_rad2()?)))
     })
