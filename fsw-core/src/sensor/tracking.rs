@@ -42,7 +42,7 @@ pub(super) enum TurnChange {
     /// Many stars look otherwise than the turn that is told would make them.
     Some,
     /// The turn begins and goes far: most stars look otherwise that did not in the image before, or less than half
-    /// are left. Of 90,000 images of slews and jitter 100 were such, and two of these off by 2 and 3 px.
+    /// are left. Of 330 flights of slews and jitter one was 24 sigma off without it.
     Onset,
 }
 
