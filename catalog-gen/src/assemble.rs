@@ -2,8 +2,8 @@
 //!
 //! Directions are rounded to Q1.23 first and the chords computed from the rounded integers, exactly as the
 //! reader defines them: `chord = floor(sqrt(dx^2 + dy^2 + dz^2))` in Q2.30. Pairs are sorted by bin of the
-//! chord, then by the stars' indices. The bin table has the finest power of two that gives at most 2048 bins (25 arcsec
-//! for 12 degrees).
+//! chord, then by the stars' indices. The bin table has the finest power of two that gives at most 2048 bins
+//! (25 arcsec for 12 degrees).
 
 use crate::blend::centi;
 use crate::grid::CellGrid;

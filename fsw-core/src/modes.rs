@@ -21,8 +21,9 @@
 //! | safe | self-test passed in `healthy_s` seconds in a row | acquisition |
 //! | commanded safe | none: only a command leaves it | |
 //!
-//! Dwelt: `dwell_s` seconds since tracking was lost, or a Sun outage or safe mode began or ended. Acquisition and
-//! Sun outage both identify stars wherever an image shows them, so nothing is lost by staying in them.
+//! Dwelt: `dwell_s` seconds since tracking was lost, a Sun outage began or ended, or safe mode ended.
+//! Acquisition and Sun outage both identify stars wherever an image shows them, so nothing is lost by staying
+//! in them.
 //!
 //! Before a second begins, in this order:
 //!
@@ -59,8 +60,8 @@ pub enum Mode {
     Tracking,
     /// As tracking, but no limb in the field is lit: stars alone, the orbit is propagated.
     Eclipse,
-    /// The Sun blinds the detector, or did some seconds ago: attitude by the last rate, orbit propagated; of an
-    /// image that is not blinded stars are identified.
+    /// The Sun blinds the detector, or did some seconds ago: attitude by the last rate, orbit propagated; of
+    /// an image that is not blinded stars are identified.
     SunOutage,
     /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every
     /// second.
@@ -113,9 +114,9 @@ parameter_group! {
         patience_s: u16 = 3, 1..=60, "s",
             "an image in a hundred may give no attitude (limit of 99 %): three in a row by chance once in \
              1e6";
-        /// Least time of a Sun outage, and of acquisition after a loss of tracking, a Sun outage or safe mode:
-        /// they go on identifying stars as hardly chance would. What lost them, a slew, a gyro that is wrong
-        /// or the Sun's glare, may lose them again.
+        /// Least time of a Sun outage, and of acquisition after a loss of tracking, a Sun outage or safe
+        /// mode: they go on identifying stars as hardly chance would. What lost them, a slew, a gyro that is
+        /// wrong or the Sun's glare, may lose them again.
         dwell_s: u16 = 10, 1..=600, "s",
             "chosen: no three changes of mode within 10 s for want of stars";
         /// Time of faults in a row, without an attitude, before safe mode.
@@ -166,7 +167,7 @@ pub struct Modes {
     with_fault_us: i64,
     /// Uninterrupted time of passed self-tests in safe mode.
     healthy_us: i64,
-    /// Since tracking was last lost, or a Sun outage began or ended, or safe mode ended; `None` where none did.
+    /// Since tracking was last lost, a Sun outage began or ended, or safe mode ended; `None` where none did.
     lost_us: Option<i64>,
     /// Uninterrupted time of images that are not blinded in a Sun outage.
     clear_us: i64,

@@ -247,7 +247,7 @@ impl<'c> Sensor<'c> {
             shutting: Shutting::default(),
             forecasting: forecasting::Forecasting::default(),
             followed: tracking::Followed::default(),
-            turn_change: tracking::TurnChange::None,
+            turn_change: tracking::TurnChange::Steady,
             rate_sensor_doubts: 0,
             magnetism: Magnetism::default(),
             fixed_us: 0,
@@ -468,7 +468,7 @@ impl<'c> Sensor<'c> {
         let before = self.modes.mode();
         let Some(guard) = self.modes.next(self.now, &inputs, &self.parameters.modes) else { return };
         record.events.note(Event::Mode(self.modes.mode(), guard));
-        // An attitude that was lost is not to be trusted again; nor is one that was only predicted for too long.
+        // An attitude that was lost is not to be trusted again, nor one that was only predicted for too long.
         let lost = guard == Guard::AttitudeLost
             || (before, self.modes.mode()) == (Mode::SunOutage, Mode::Acquisition) && !inputs.attitude;
         if lost || self.modes.mode().is_safe() {

@@ -24,9 +24,9 @@
 //!
 //! The pairs of a bin, first star < second, stand by rising first star, then by second. Entry k begins at bit
 //! W k, lowest bit first: 9 bits the step of the first star from the entry before (from 0 at the begin of a
-//! bin), then the index of the second star, 12 bits where S <= 4096, else 16. A step of 511 goes on by 511 and
-//! gives no pair. Of the reference catalogue's entries 2.8 % are such; with whole indices of 12 bits its pairs
-//! took 111,000 bytes, so they take 100,000.
+//! bin), then the index of the second star, 12 bits where S <= 4096, else 16. A step of 511 goes on by 511
+//! and gives no pair. Of the reference catalogue's entries 2.8 % are such; its pairs take 100,000 bytes, with
+//! two whole indices of 12 bits they would take 111,000.
 //!
 //! A star: x, y, z (three i24, Q1.23), then a u32: low 20 bits Hipparcos number, bit 20 proximity flag, top
 //! 11 bits B-V in hundredths of a magnitude plus 512. Rounding to Q1.23 turns a direction by at most 0.021

@@ -202,8 +202,8 @@ proptest! {
         longest_glare in 1usize..40,
         dark in any::<Option<bool>>(),
     ) {
-        // In every second stretch of time the detector fails in every second, or the Sun may blind it: a blinded
-        // image is an image.
+        // In every second stretch of time the detector fails in every second, or the Sun may blind it: a
+        // blinded image is an image.
         let of = |(second, (attitude, predicted, fault, glare)): (usize, &(bool, bool, bool, bool))| {
             let fails = (second / longest_fault) % 2 == 1;
             let blinded = *glare && (second / longest_glare) % 2 == 1 && !fails;

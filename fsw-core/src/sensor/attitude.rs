@@ -71,7 +71,7 @@ impl Sensor<'_> {
                 motion.reinitialise(attitude, sigma_rad, image);
                 return false;
             }
-            if change == TurnChange::Some {
+            if change == TurnChange::Changing {
                 motion.expect_change();
             }
             motion.measurement_update(attitude, sigma_rad, image)

@@ -38,11 +38,11 @@ const FEWEST_STREAKS: u32 = 2;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum TurnChange {
     #[default]
-    None,
+    Steady,
     /// Many stars look otherwise than the turn that is told would make them.
-    Some,
-    /// The turn begins and goes far: most stars look otherwise that did not in the image before, or less than half
-    /// are left. Of 330 flights of slews and jitter one was 24 sigma off without it.
+    Changing,
+    /// The turn begins and goes far: most stars look otherwise that did not in the image before, or less than
+    /// half are left. Of 330 flights of slews and jitter one was 24 sigma off without it.
     Onset,
 }
 
@@ -50,18 +50,18 @@ impl TurnChange {
     /// What one image shows by itself.
     pub(super) fn of(smear: Smear) -> Self {
         match smear {
-            Smear::Blurred | Smear::MostlyBlurred => Self::Some,
-            Smear::Points | Smear::Drawn | Smear::Streaks => Self::None,
+            Smear::Blurred | Smear::MostlyBlurred => Self::Changing,
+            Smear::Points | Smear::Drawn | Smear::Streaks => Self::Steady,
         }
     }
 
-    /// Standard deviation of the mean of the light from where it is in the middle of the exposure, px. Where a
-    /// turn begins in the middle it is a sixth of the way, and ways up to 4 px, from which on stars no longer look
-    /// round, have this sixth, rms.
+    /// Standard deviation of the mean of the light from where it is in the middle of the exposure, px. Where
+    /// a turn begins in the middle it is a sixth of the way, and ways up to 4 px, from which on stars no
+    /// longer look round, have this sixth, rms.
     fn sigma_px(self) -> f32 {
         match self {
-            Self::None => 0.0,
-            Self::Some => 0.4,
+            Self::Steady => 0.0,
+            Self::Changing => 0.4,
             Self::Onset => 2.0,
         }
     }
@@ -137,7 +137,7 @@ impl Sensor<'_> {
         if self.workspace.detections.smear(FEWEST_STREAKS) != Smear::Points {
             return Ok(false);
         }
-        self.turn_change = TurnChange::None;
+        self.turn_change = TurnChange::Steady;
         self.measure_windows(stars);
         meter.begin(Stage::Identify);
         let found = self.find_near(attitude, plan::searched_px(windows));

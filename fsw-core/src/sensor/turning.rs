@@ -258,7 +258,7 @@ impl Sensor<'_> {
         stars: &mut StarRecord,
     ) -> Result<(), DetectorError> {
         stars.activity = Activity::StreakSearch;
-        self.turn_change = TurnChange::None;
+        self.turn_change = TurnChange::Steady;
         meter.begin(Stage::Streaks);
         let found = self.lines(detector);
         meter.end(Stage::Streaks);

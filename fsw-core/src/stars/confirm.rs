@@ -219,8 +219,8 @@ fn leverage(paired: &VectorPair, covariance_rad2: &Matrix3<f32>) -> f32 {
     moved_rad2 / (paired.sigma_rad * paired.sigma_rad)
 }
 
-/// The catalogue star of a match that takes part in a solution: none that is proximity-flagged unless `all` is
-/// set.
+/// The catalogue star of a match that takes part in a solution: none that is proximity-flagged unless `all`
+/// is set.
 fn used(found: &Match, field: &StarField, all: bool) -> Option<Star> {
     field.catalogue.star(found.star).filter(|star| all || !star.proximity)
 }
@@ -240,8 +240,8 @@ fn vector_pairs(matches: &[Match], field: &StarField, all: bool) -> Vec<VectorPa
     pairs
 }
 
-/// Weighs the residual of each of these pairs, of the matches that take part, against what its star leaves of it.
-/// Where the image's residuals are larger than their sigmas all alike, none is doubted for that.
+/// Weighs the residual of each of these pairs, of the matches that take part, against what its star leaves of
+/// it. Where the image's residuals are larger than their sigmas all alike, none is doubted for that.
 fn doubt_drawn(pairs: &mut [VectorPair], matches: &[Match], field: &StarField, all: bool) -> Option<()> {
     let covariance_rad2 = Information::of(pairs).covariance_rad2()?;
     let taken = || matches.iter().filter(|found| used(found, field, all).is_some());

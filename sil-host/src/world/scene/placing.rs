@@ -3,8 +3,8 @@
 //! In: a scene, a cycle, its exposure and truth. Out: light of stars, planets and satellites
 //! ([`PointLight`]), and the stars on the detector at mid-exposure. What moves little, or to and fro, is a row
 //! of images at the places where it is at the times of the steps of its smear; what moves farther than
-//! [`IMAGES_PX`] one way is a line through its places at the ends of chords, and a row of images where it begins
-//! to move or comes to rest.
+//! [`IMAGES_PX`] one way is a line through its places at the ends of chords, and a row of images where it
+//! begins to move or comes to rest.
 
 use super::{Scene, Truth, VisibleStar, star_e_s};
 use crate::world::attitude::{self, Vector, dot};
@@ -23,8 +23,8 @@ const IMAGES_PX: f64 = 8.0;
 const CHORD_PX: f64 = 32.0;
 /// Farthest that a chord is off the way between its ends, px.
 const SAGITTA_PX: f64 = 0.005;
-/// A line's light a pixel of way is taken as even about a pixel, so by half as much as it changes over the width
-/// of an image, squared, the light is wrong. Chords along which it changes by more than this share are images.
+/// A line's light a pixel of way is taken as even over the width of an image. Chords along which it changes
+/// by more than this share over that width are images.
 const UNEVEN: f64 = 0.03;
 /// Most chords of a line, and images in a row.
 const PARTS_MAX: f64 = 4096.0;
@@ -216,8 +216,8 @@ impl Scene {
 }
 
 impl PointLight {
-    /// Adds a way in chords that give `electrons` each: as lines where their lengths change little and they are
-    /// long, else as images.
+    /// Adds a way in chords that give `electrons` each: as lines where their lengths change little and they
+    /// are long, else as images.
     fn lay_way(&mut self, points: &[[f64; 2]], electrons: [f64; BANDS], psf: &Psf) {
         let lengths: Vec<f64> = points.windows(2).map(length_px).collect();
         let is_even = |chord: usize| {
