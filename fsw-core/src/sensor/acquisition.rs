@@ -82,7 +82,10 @@ impl Sensor<'_> {
         stars.count(detections.spots().len(), detections);
         if scans {
             let smear = detections.smear(FEWEST_STREAKS);
-            self.turn_change = TurnChange::of(smear);
+            self.turn_change = match TurnChange::of(smear) {
+                TurnChange::Changing if self.turning.showed_lines() => TurnChange::Onset,
+                change => change,
+            };
             match smear {
                 Smear::Points | Smear::Blurred | Smear::MostlyBlurred if moved => detections.doubt(MOVED_PX),
                 Smear::Points | Smear::Blurred | Smear::MostlyBlurred => {}

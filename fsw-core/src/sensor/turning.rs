@@ -188,6 +188,11 @@ impl Turning {
         change * (exposure_s * exposure_s / 12.0)
     }
 
+    /// Whether the last image showed lines.
+    pub(super) fn showed_lines(&self) -> bool {
+        !self.middles_px.is_empty()
+    }
+
     /// Whether the next image is searched for lines.
     pub(super) fn seeks_streaks(&self) -> bool {
         self.next.seeks
