@@ -14,7 +14,7 @@ use heapless::Vec;
 pub const MAX_STREAK_PLACES: usize = 24;
 /// What stands against a sky brighter than the darkest by more than a sixty-fourth of full scale is not
 /// counted.
-const SAME_SKY: i32 = FULL_SCALE / 64;
+pub(super) const SAME_SKY: i32 = FULL_SCALE / 64;
 /// Fewer bright spots that the lens's profile does not fit are pairs and hits ...
 const FEWEST_BLURRED: u32 = 4;
 /// ... and so are those that are not more than one in so many.

@@ -23,6 +23,8 @@ pub struct Piece {
     pub along: [f32; 2],
     /// How far it rises from the noise, sixteenths of a sigma.
     pub strength: i32,
+    /// Brightness of the sky about it, scaled counts; 0 of one that was not searched for.
+    pub background: i32,
 }
 
 /// A measured streak.

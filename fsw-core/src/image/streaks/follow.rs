@@ -257,5 +257,5 @@ pub fn piece_at(
     let angle = 0.5 * libm::atan2f(2.0 * xy, xx - yy);
     let at_px = [f32::from(x) + mx, f32::from(y) + my];
     let (sine, cosine) = sine_cosine(angle);
-    Ok(Some(Piece { at_px, along: [cosine, sine], strength: 0 }))
+    Ok(Some(Piece { at_px, along: [cosine, sine], strength: 0, background: 0 }))
 }

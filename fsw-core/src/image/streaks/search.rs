@@ -10,7 +10,8 @@
 //! columns that rise by t are two of half the length that rise by t / 2. Lines that rise and lines that fall
 //! are summed at once, in the halves of a word. A line counts if it rises `THRESHOLD_SIGMAS` above the noise,
 //! and the parallel lines 20 px to either side do not: a limb is an edge, not a line. Blocks that are bright
-//! or noisy in many places are left.
+//! or noisy in many places are left, and lines before a sky that is brighter than the darkest: they are the
+//! Earth's clouds.
 //!
 //! What is seen: 4.5 sigma of 64 px with 0.6 of the light in the line of bins, 870 electrons at V = 3 and 1
 //! deg/s shared out with the rate: V = 5.6 at 1 deg/s (if the streak were that long; one of 21 px reaches
@@ -19,7 +20,9 @@
 //! sums of 3 x 3 px of a star scan reach 1.8.
 
 use super::{Piece, scaled};
+use crate::image::FULL_SCALE;
 use crate::image::scan::TILE_PIXELS;
+use crate::image::smear::SAME_SKY;
 use fsw_hal::{Detector, DetectorError, Window};
 use fsw_pixels::radon::{BIN, Bins, CLIP, SIDE, SIGMA, THRESHOLD_SIGMAS, best_line, bin_sums};
 use heapless::Vec;
@@ -42,11 +45,11 @@ fn median_and_sigma(values: &mut [i32]) -> (i32, i32) {
     (at(2), (at(3) - at(1)) * 3 / 4)
 }
 
-/// The block's bins in units of its noise; `None` where it shows an object. `usual` is the noise of a bin in
+/// The block's bins in units of its noise, their scatter, and its level; `None` where it shows an object. `usual` is the noise of a bin in
 /// the blocks so far, sixteenths, 0 before the first: the spread of a few bins may come out too small by
 /// chance, and then everything seems to rise.
 #[inline(never)]
-fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
+fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32, i32)> {
     let sums = bin_sums(pixels);
     // A quarter of the bins, in columns that change from row to row.
     let mut sample = [0; SIDE * SIDE / 4];
@@ -65,7 +68,7 @@ fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     *usual += if difference > 0 { difference.min(*usual) / 16 } else { difference / 4 };
     let usual = *usual / 16;
     let level = scaled((median / (BIN * BIN) as i32).clamp(0, i32::from(u16::MAX)) as u16, bits);
-    if sigma > NOISY * usual || level > crate::image::FULL_SCALE / 2 {
+    if sigma > NOISY * usual || level > FULL_SCALE / 2 {
         return None;
     }
     let sigma = sigma.max(usual);
@@ -79,7 +82,7 @@ fn bins_of(pixels: &[u16], bits: u8, usual: &mut i32) -> Option<(Bins, f32)> {
     }
     // What hits and faint stars add to the scatter, lines have too.
     let scatter = libm::sqrtf(square as f32 / ((SIDE * SIDE) as i32 * SIGMA * SIGMA) as f32);
-    (bright <= MOST_BRIGHT).then_some((bins, scatter.max(1.0)))
+    (bright <= MOST_BRIGHT).then_some((bins, scatter.max(1.0), level))
 }
 
 /// Adds a piece in its place; of too many the weakest is dropped.
@@ -112,16 +115,19 @@ pub fn search(
     if geometry.width_px < BLOCK_PX || geometry.height_px < BLOCK_PX {
         return Ok(());
     }
-    let mut usual = 0;
+    let (mut usual, mut darkest) = (0, FULL_SCALE);
     for y in starts(geometry.height_px) {
         for x in starts(geometry.width_px) {
             let window = Window { x, y, width: BLOCK_PX, height: BLOCK_PX };
             let pixels = buffer.get_mut(..window.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(window, pixels)?;
-            let Some((bins, scatter)) = bins_of(pixels, geometry.bits, &mut usual) else { continue };
+            let Some((bins, scatter, background)) = bins_of(pixels, geometry.bits, &mut usual) else {
+                continue;
+            };
+            darkest = darkest.min(background);
             let Some(line) = best_line(&bins) else { continue };
             let strength = (line.strength as f32 / scatter) as i32;
-            if strength < THRESHOLD_SIGMAS {
+            if strength < THRESHOLD_SIGMAS || background > darkest + SAME_SKY {
                 continue;
             }
             let [from, to] = [line.from, line.to].map(|[column, row]| {
@@ -132,9 +138,10 @@ pub fn search(
             let length = libm::sqrtf(dx * dx + dy * dy);
             if length > 1.0 {
                 let at_px = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1])];
-                keep(pieces, Piece { at_px, along: [dx / length, dy / length], strength });
+                keep(pieces, Piece { at_px, along: [dx / length, dy / length], strength, background });
             }
         }
     }
+    pieces.retain(|piece| piece.background <= darkest + SAME_SKY);
     Ok(())
 }

@@ -106,6 +106,25 @@ fn stars_hits_an_edge_and_noise_are_no_streaks() {
 }
 
 #[test]
+fn lines_before_a_sky_brighter_than_the_darkest_are_no_streaks() {
+    let dark = [[60.0, 70.0], [180.0, 95.0]];
+    let bright = [[150.0, 240.0], [290.0, 270.0]];
+    // The lower half by less than a sixty-fourth of full scale brighter, and by more.
+    for (by, expected) in [(30.0, [true, true]), (100.0, [true, false])] {
+        let sky = [dark, bright]
+            .into_iter()
+            .fold(Sky::new(384, 320, LEVEL), |sky, ends| sky.streak(ends, SPOT_PX, 20.0 * NOISE));
+        let sky = sky.add(|_, y| if y > 150.0 { by * ((y - 150.0) / 40.0).min(1.0) } else { 0.0 });
+        let streaks = found(&mut sky.noise(NOISE, 3).expose(BITS));
+        let seen = [dark, bright].map(|[from, to]: [[f64; 2]; 2]| {
+            let middle = [0, 1].map(|axis| (0.5 * (from[axis] + to[axis])) as f32);
+            streaks.iter().any(|streak| streak.holds(middle, 3.0))
+        });
+        assert_eq!(seen, expected, "{by}: {streaks:?}");
+    }
+}
+
+#[test]
 fn a_streak_that_leaves_the_picture_is_said_to_be_cut() {
     let truth = [[200.0, 150.0], [420.0, 190.0]];
     let streaks = found(&mut taken(truth, 20.0 * NOISE, 1));
@@ -128,7 +147,7 @@ fn the_direction_of_a_short_streak_is_told_by_its_moments() {
 #[test]
 fn without_columns_left_nothing_is_sampled() {
     let mut frame = taken(ends(80.0, 0.2, [0.0; 2]), 20.0 * NOISE, 1);
-    let piece = Piece { at_px: [192.0, 160.0], along: [1.0, 0.2], strength: 80 };
+    let piece = Piece { at_px: [192.0, 160.0], along: [1.0, 0.2], strength: 80, background: 0 };
     let mut columns = 63;
     assert_eq!(follow(&mut frame, &mut [0; TILE_PIXELS], &piece, &mut columns), Ok(None));
     assert_eq!(columns, 63);
@@ -146,7 +165,7 @@ proptest! {
         let mut frame = Frame { geometry, pixels };
         let mut buffer = [0; TILE_PIXELS];
         for y in [y, y % 200.0] {
-            let piece = Piece { at_px: [x, y], along: [angle.cos(), angle.sin()], strength: 0 };
+            let piece = Piece { at_px: [x, y], along: [angle.cos(), angle.sin()], strength: 0, background: 0 };
             let mut columns = 3000;
             follow(&mut frame, &mut buffer, &piece, &mut columns).unwrap();
         }

@@ -64,7 +64,8 @@ impl Sensor<'_> {
             let ([from_x, from_y], [to_x, to_y]) = (place(middle_s - half_s)?, place(middle_s + half_s)?);
             let (x, y) = (to_x - from_x, to_y - from_y);
             let per = 1.0 / libm::sqrtf(x * x + y * y).max(1.0);
-            let piece = Piece { at_px: place(middle_s)?, along: [x * per, y * per], strength: 0 };
+            let piece =
+                Piece { at_px: place(middle_s)?, along: [x * per, y * per], strength: 0, background: 0 };
             self.camera.contains(piece.at_px, 0.0).then_some(piece)
         };
         fill(&mut pieces, memory.marks.iter().filter_map(piece));
