@@ -10,7 +10,7 @@ use crate::grid::CellGrid;
 use crate::parameters::{BuildError, MAX_PAIRS, chord};
 use fsw_core::catalog::format::{
     COLOUR_OFFSET, COLOUR_SHIFT, CRC_FROM, FLAG_PROXIMITY, HEADER_BYTES, HIP_MASK, LONG_BINS, MAGIC, SKIP,
-    STAR_BYTES, STEP_BITS, UNUSED_BITS, VERSION, entries_bytes, index_bits,
+    STAR_BYTES, STEP_BITS, UNUSED_BITS, VERSION, entries_bytes, entry_bits,
 };
 use fsw_core::checksum::crc32;
 
@@ -109,7 +109,7 @@ pub fn assemble(stars: &[CatalogueStar], tables: &TableParameters) -> Result<Vec
         let first = entries.partition_point(|entry| entry.bin < bin);
         bytes.extend_from_slice(&first.to_le_bytes()[..bin_bytes]);
     }
-    let width = STEP_BITS + index_bits(stars.len());
+    let width = entry_bits(stars.len());
     // What is not yet a whole byte, lowest bit first.
     let (mut open, mut open_bits) = (0u64, 0);
     for Entry { step, second, .. } in entries {

@@ -156,6 +156,13 @@ pub struct ModeInputs {
     pub fault: bool,
 }
 
+impl ModeInputs {
+    /// There is an image, and it is not blinded.
+    fn is_clear(&self) -> bool {
+        !self.blinded && !self.fault
+    }
+}
+
 /// The present mode and the counters of its guards, microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Modes {
@@ -231,8 +238,7 @@ impl Modes {
         self.without_attitude_us = count(self.without_attitude_us, !inputs.attitude);
         self.with_fault_us = count(self.with_fault_us, inputs.fault && !inputs.attitude);
         self.healthy_us = count(self.healthy_us, self.mode == Mode::Safe && !inputs.fault);
-        let clear = !inputs.blinded && !inputs.fault;
-        self.clear_us = count(self.clear_us, self.mode == Mode::SunOutage && clear);
+        self.clear_us = count(self.clear_us, self.mode == Mode::SunOutage && inputs.is_clear());
         self.lost_us = self.lost_us.map(|us| count(us, true));
         self.earth_changed_us = count(self.earth_changed_us, earth_changed);
         let (mode, guard) = self.decide(inputs, parameters)?;
@@ -254,7 +260,6 @@ impl Modes {
         let steady = reached(self.earth_changed_us, parameters.settle_s);
         let lost = reached(self.without_attitude_us, parameters.patience_s);
         let dwelt = self.lost_us.is_none_or(|us| reached(us, parameters.dwell_s));
-        let clear = !inputs.blinded && !inputs.fault;
         let known = inputs.attitude && inputs.predicted && dwelt;
         match self.mode {
             Mode::Tracking | Mode::Eclipse if inputs.blinded => Some((Mode::SunOutage, Guard::Blinded)),
@@ -267,7 +272,9 @@ impl Modes {
             Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),
             Mode::Tracking if steady => Some((Mode::Eclipse, Guard::EarthDark)),
             Mode::Eclipse if steady => Some((Mode::Tracking, Guard::EarthLit)),
-            Mode::SunOutage if clear && known || dwelt && reached(self.clear_us, parameters.settle_s) => {
+            Mode::SunOutage
+                if inputs.is_clear() && known || dwelt && reached(self.clear_us, parameters.settle_s) =>
+            {
                 Some((if inputs.predicted { tracking_mode } else { Mode::Acquisition }, Guard::SunGone))
             }
             Mode::SunOutage if reached(self.in_mode_us, parameters.outage_timeout_s) => {

@@ -39,6 +39,7 @@
 use crate::checksum::crc32;
 use crate::frames::{Direction, Icrs};
 use core::fmt;
+use core::ops::Range;
 use nalgebra::Vector3;
 
 /// First bytes of every catalogue.
@@ -137,14 +138,14 @@ pub struct Pair {
     pub second: u16,
 }
 
-/// Bits of the index of a pair's second star, in a catalogue of so many stars.
-pub const fn index_bits(stars: usize) -> u32 {
-    if stars <= 1 << 12 { 12 } else { 16 }
+/// Bits of a pair's entry in a catalogue of so many stars: the step and the second star's index.
+pub const fn entry_bits(stars: usize) -> u32 {
+    STEP_BITS + if stars <= 1 << 12 { 12 } else { 16 }
 }
 
 /// Bytes of so many pair entries, in a catalogue of so many stars; `None` where that is no number.
 pub fn entries_bytes(entries: usize, stars: usize) -> Option<usize> {
-    let bits = entries.checked_mul((STEP_BITS + index_bits(stars)) as usize)?;
+    let bits = entries.checked_mul(entry_bits(stars) as usize)?;
     bits.div_ceil(8).checked_add(ENTRIES_PADDING)
 }
 
@@ -171,6 +172,12 @@ impl<'a> Bins<'a> {
     pub fn first_of(&self, bin: usize) -> Option<usize> {
         let short = || self.short.get(bin).map(|entry| usize::from(u16::from_le_bytes(*entry)));
         short().or_else(|| self.long.get(bin).map(|entry| u32::from_le_bytes(*entry) as usize))
+    }
+
+    /// The pair entries of some bins.
+    pub fn entries_of(&self, bins: Range<usize>) -> Range<usize> {
+        let first_of = |bin| self.first_of(bin).unwrap_or(0);
+        first_of(bins.start)..first_of(bins.end)
     }
 }
 
@@ -250,7 +257,7 @@ impl<'a> Catalogue<'a> {
         let catalogue = Self {
             stars: star_bytes.as_chunks::<STAR_BYTES>().0,
             bins,
-            entries: (rest, STEP_BITS + index_bits(stars)),
+            entries: (rest, entry_bits(stars)),
             bin_shift: u32_at(bytes, 28).filter(|shift| *shift < 32)?,
             max_chord_q30: u32_at(bytes, 32)?,
             epoch_milliyear: u32_at(bytes, 36)?,

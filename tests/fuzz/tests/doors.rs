@@ -16,6 +16,7 @@ use sil_host::commands::defects;
 use sil_host::world::noise::{Noise, Stream};
 use spacepackets::crc::CRC_CCITT_FALSE;
 use std::path::Path;
+use system_tests::amount;
 
 /// The world's noise, thrown one number after the other.
 struct Dice {
@@ -60,7 +61,7 @@ impl Dice {
 
 /// A third of the `times` in the gate, all in the long tier, of which those are the first.
 fn knock(door: impl Fn(&[u8]), seeds: &[Vec<u8>], times: usize) {
-    let times = if std::env::var_os("SEXTANT_TIER").is_some() { times } else { times / 3 };
+    let times = amount(times / 3, times);
     let mut dice = Dice { noise: Noise::new(0x5EED, 0, Stream::Shuffle), thrown: 0 };
     seeds.iter().for_each(|seed| door(seed));
     (0..times).for_each(|_| door(&dice.mutilated(seeds)));

@@ -31,7 +31,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             false
         } else {
             let contradicts = propagated && self.sensor.is_some();
-            self.reinitialise(attitude, sigma_rad, instant);
+            *self = self.begun_after((&then, propagated), attitude, sigma_rad, instant);
             contradicts
         }
     }
@@ -43,17 +43,27 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         sigma_rad: [f32; 3],
         instant: LocalTime,
     ) {
-        let elapsed_s = seconds(instant.us_since(self.updated_at));
         let mut then = *self;
         let propagated = then.propagate(instant, None);
-        let innovation = attitude.angle_from(&then.attitude);
+        *self = self.begun_after((&then, propagated), attitude, sigma_rad, instant);
+    }
+
+    /// The same, the state being carried on to the instant where it could be `propagated`.
+    fn begun_after(
+        &self,
+        (then, propagated): (&Self, bool),
+        attitude: Rotation<Icrs, StarPath>,
+        sigma_rad: [f32; 3],
+        instant: LocalTime,
+    ) -> Self {
         let anew = Self {
             sensor: self.sensor,
             reading: self.reading,
             contradicted_at: propagated.then_some(instant).or(self.contradicted_at),
             ..Self::new(attitude, sigma_rad, instant)
         };
-        *self = anew.with_rate_after(&then, &innovation, elapsed_s);
+        let elapsed_s = seconds(instant.us_since(self.updated_at));
+        anew.with_rate_after(then, &attitude.angle_from(&then.attitude), elapsed_s)
     }
 
     /// Measurement update by a single star: two axes across its direction. `false`, and no change, where

@@ -142,6 +142,7 @@ pub fn search(
             }
         }
     }
+    // Those kept before the darkest block was read, too.
     pieces.retain(|piece| piece.background <= darkest + SAME_SKY);
     Ok(())
 }

@@ -55,7 +55,7 @@ impl Sensor<'_> {
         let (Some(elapsed_s), Some(rate)) = (self.turning.elapsed_s(self.now), memory.known_rate()) else {
             return pieces;
         };
-        let half_s = 0.5e-6 * self.exposure_us as f32;
+        let half_s = 0.5 * self.exposure_s();
         let row_time_s = self.row_time_s();
         let piece = |mark: &Mark| {
             let place = |after_s: f32| self.place(&rotated(mark, rate, after_s - mark.late_s));
