@@ -141,6 +141,9 @@ pub struct Earth {
     pub distance_km: f32,
     /// Standard deviation of the distance, km.
     pub sigma_km: f32,
+    /// Covariance of the centre, direction times distance, Earth path, km²: the lower left half of the matrix
+    /// with its diagonal, row by row.
+    pub covariance_km2: [f32; 6],
 }
 
 /// Position and velocity at the instant of the second. All zero where they are not known.

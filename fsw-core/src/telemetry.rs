@@ -21,7 +21,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 13;
+pub const VERSION: u8 = 14;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -187,6 +187,10 @@ pub struct EarthReport {
     pub distance_km: f32,
     /// Standard deviation of the distance, km, the limb's height taken as known.
     pub sigma_km: f32,
+    /// Covariance of the centre, direction times distance, Earth path, km²: the lower left half of the matrix
+    /// with its diagonal, row by row. Of a short arc the direction along it is known ten times better than the
+    /// one across, and this one goes with the distance.
+    pub covariance_km2: [f32; 6],
     /// Limb points on which the centre rests.
     pub inliers: u16,
     /// Arc of the limb they span about the centre, deg.

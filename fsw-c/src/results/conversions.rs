@@ -175,6 +175,7 @@ impl From<&Report> for CycleResult {
             sigma_rad: earth.sigma_rad,
             distance_km: earth.distance_km,
             sigma_km: earth.sigma_km,
+            covariance_km2: earth.covariance_km2,
         });
         Self {
             cycle: report.cycle,

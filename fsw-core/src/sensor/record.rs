@@ -156,11 +156,13 @@ impl FixRecord {
 fn earth_report(fix: &EarthFix) -> EarthReport {
     let distance_km = fix.distance_km();
     let (sigma_rad, sigma_km) = fix.sigmas();
+    let of = &fix.covariance_km2;
     EarthReport {
         direction: (fix.centre_km * (1.0 / distance_km.max(1.0))).into(),
         sigma_rad,
         distance_km,
         sigma_km,
+        covariance_km2: [of.m11, of.m21, of.m22, of.m31, of.m32, of.m33],
         inliers: fix.inliers.count_ones() as u16,
         arc_deg: fix.arc_rad.to_degrees(),
         rms_px: fix.rms_px,

@@ -76,15 +76,19 @@ fn mode() -> impl Strategy<Value = Mode> {
 }
 
 fn earth() -> impl Strategy<Value = EarthReport> {
-    (prop::array::uniform3(real()), prop::array::uniform5(real()), any::<u16>()).prop_map(
-        |(direction, [sigma_rad, distance_km, sigma_km, arc_deg, rms_px], inliers)| EarthReport {
-            direction,
-            sigma_rad,
-            distance_km,
-            sigma_km,
-            inliers,
-            arc_deg,
-            rms_px,
+    let covariance = prop::array::uniform6(real());
+    (prop::array::uniform3(real()), prop::array::uniform5(real()), covariance, any::<u16>()).prop_map(
+        |(direction, [sigma_rad, distance_km, sigma_km, arc_deg, rms_px], covariance_km2, inliers)| {
+            EarthReport {
+                direction,
+                sigma_rad,
+                distance_km,
+                sigma_km,
+                covariance_km2,
+                inliers,
+                arc_deg,
+                rms_px,
+            }
         },
     )
 }
@@ -281,6 +285,7 @@ fn largest() -> Report {
         sigma_rad: f32::MAX,
         distance_km: f32::MAX,
         sigma_km: f32::MAX,
+        covariance_km2: [f32::MAX; 6],
         inliers: u16::MAX,
         arc_deg: f32::MAX,
         rms_px: f32::MAX,

@@ -64,6 +64,12 @@ fn turned(truth: [f64; 4], error: [f64; 3]) -> [f32; 4] {
     compose([x, y, z, libm::sqrt(1.0 - x * x - y * y - z * z)], truth).map(|part| part as f32)
 }
 
+/// Covariance of a centre known as well along all axes, km².
+fn even(sigma_km: f64) -> [f32; 6] {
+    let variance = (sigma_km * sigma_km) as f32;
+    [variance, 0.0, variance, 0.0, 0.0, variance]
+}
+
 /// Position's x and y correlated, nothing else.
 fn correlations(of_x_and_y: f64) -> [f32; MOTION_CORRELATIONS] {
     let mut correlations = [0.0; MOTION_CORRELATIONS];
@@ -116,6 +122,7 @@ fn honest(truths: &[Truth], seed: u64) -> Vec<Report> {
                 sigma_rad: DIRECTION_SIGMA_RAD as f32,
                 distance_km: (distance + DISTANCE_SIGMA_KM * draw(22)) as f32,
                 sigma_km: DISTANCE_SIGMA_KM as f32,
+                covariance_km2: even(distance * DIRECTION_SIGMA_RAD),
                 inliers: 40,
                 arc_deg: 180.0,
                 rms_px: 0.3,
@@ -269,7 +276,9 @@ const MUTATIONS: [Mutation; 43] = [
     ("no orbit", |all| all.iter_mut().for_each(|report| report.orbit = None)),
     ("innovations x 3", |all| each_orbit(all, |of| of.nis = of.nis.map(|nis| 9.0 * nis))),
     ("innovations / 3", |all| each_orbit(all, |of| of.nis = of.nis.map(|nis| nis / 9.0))),
-    ("Earth's direction sigma / 3", |all| each_earth(all, |of| of.sigma_rad /= 3.0)),
+    ("Earth's direction sigma / 3", |all| {
+        each_earth(all, |of| of.covariance_km2 = of.covariance_km2.map(|element| element / 9.0))
+    }),
     ("Earth's distance, bias of 2 sigma", |all| each_earth(all, |of| of.distance_km += 12.0)),
     ("Earth's distance NaN in one second", |all| middle(all).earth.as_mut().unwrap().distance_km = f32::NAN),
 ];

@@ -48,11 +48,12 @@ pub const QUANTITIES: [Quantity; 9] = [
         of.attitude_rad.filter(|_| of.sun())
     }),
     quantity("rate", "Rate without an attitude", ("deg/s", DEG), 3, |of| Some(of.turning?.rad_s)),
-    quantity("earth_direction", "Earth's direction", ("deg", DEG), 2, |of| {
-        let earth = of.earth?;
-        let [x, y] = earth.across_rad;
-        Some(Axes { error: [x, y, 0.0], sigma: [earth.sigma_rad; 3] })
-    }),
+    Quantity {
+        deviates: Some(|of| Some(of.earth?.direction_rad.deviates)),
+        ..quantity("earth_direction", "Earth's direction", ("deg", DEG), 2, |of| {
+            Some(of.earth?.direction_rad.axes)
+        })
+    },
     quantity("earth_distance", "Earth's distance", ("km", 1.0), 1, |of| {
         let earth = of.earth?;
         Some(Axes { error: [earth.distance_km, 0.0, 0.0], sigma: [earth.sigma_km; 3] })

@@ -56,9 +56,10 @@ impl Correlated {
 /// The Earth's direction and distance against the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EarthError {
-    /// Across the true direction, along x and y of the Earth path as nearly as they are across it, rad.
-    pub across_rad: [f64; 2],
-    /// Reported, rad.
+    /// The direction, rad: along x and y of the Earth path as nearly as they are across the true one. The
+    /// third axis is that of the distance, and counts by itself.
+    pub direction_rad: Correlated,
+    /// Reported for the direction, the greater of the two across it, rad.
     pub sigma_rad: f64,
     /// Distance, km.
     pub distance_km: f64,
@@ -227,8 +228,11 @@ fn earth_error(earth: &fsw_core::telemetry::EarthReport, truth: &Truth) -> Optio
     // Axes across the true direction: y turned the least, x to complete them.
     let x = unit(cross([0.0, 1.0, 0.0], centre)).or_else(|| unit(cross([1.0, 0.0, 0.0], centre)))?;
     let y = cross(centre, x);
+    let square_km2 = f64::from(earth.distance_km).powi(2);
+    let [xx, yx, yy, zx, zy, zz] = earth.covariance_km2.map(|element| f64::from(element) / square_km2);
+    let covariance_rad2 = [[xx, yx, zx], [yx, yy, zy], [zx, zy, zz]];
     Some(EarthError {
-        across_rad: [dot(seen, x), dot(seen, y)],
+        direction_rad: turned(&[x, y, centre], minus(seen, centre), covariance_rad2),
         sigma_rad: earth.sigma_rad.into(),
         distance_km: f64::from(earth.distance_km) - distance_km,
         sigma_km: earth.sigma_km.into(),

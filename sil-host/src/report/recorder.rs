@@ -194,9 +194,10 @@ impl Recorder {
 
     fn add_orbit(&mut self, at: usize, judged: &Judged) {
         if let Some(earth) = &judged.earth {
-            let sigma_deg = earth.sigma_rad.to_degrees();
-            self.earth[0].add(at, earth.across_rad[0].to_degrees(), sigma_deg);
-            self.earth[1].add(at, earth.across_rad[1].to_degrees(), sigma_deg);
+            let Axes { error, sigma } = earth.direction_rad.axes;
+            for axis in 0..2 {
+                self.earth[axis].add(at, error[axis].to_degrees(), sigma[axis].to_degrees());
+            }
             self.earth[2].add(at, earth.distance_km, earth.sigma_km);
         }
         if let Some(orbit) = &judged.orbit {

@@ -44,6 +44,7 @@ fn made_up(noise: &Noise, cycle: u32, truth: &crate::world::scene::Truth, decay:
             sigma_rad: 2e-4,
             distance_km: (distance + 6.0 * draw(5)) as f32,
             sigma_km: 6.0,
+            covariance_km2: [1.0, 0.0, 1.0, 0.0, 0.0, 36.0],
             inliers: 40,
             arc_deg: 180.0,
             rms_px: 0.3,

@@ -21,8 +21,8 @@ fn single_earth_vectors_are_as_good_as_they_say() {
             let told_deg = second.report.earth.as_ref().map(|earth| earth.sigma_rad.to_degrees());
             assert!(second.report.orbit.is_some() || told_deg.is_none_or(|sigma_deg| sigma_deg <= 2.0));
             ratios.extend(second.judged.earth.as_ref().map(|earth| {
-                let across = earth.across_rad[0].hypot(earth.across_rad[1]);
-                [across / earth.sigma_rad, earth.distance_km / earth.sigma_km]
+                let [first, second, _] = earth.direction_rad.deviates;
+                [(0.5 * (first * first + second * second)).sqrt(), earth.distance_km / earth.sigma_km]
             }));
         });
         let count = ratios.len() as f64;

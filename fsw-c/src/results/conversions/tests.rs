@@ -40,6 +40,7 @@ fn every_quantity_of_a_report_comes_through() {
         sigma_rad: 1e-3,
         distance_km: 7000.0,
         sigma_km: 12.0,
+        covariance_km2: [49.0, -1.0, 50.0, 2.0, -3.0, 144.0],
         inliers: 30,
         arc_deg: 60.0,
         rms_px: 0.2,
@@ -93,7 +94,13 @@ fn every_quantity_of_a_report_comes_through() {
         attitude,
         filtered: Attitude { age_s: 0, ..attitude },
         rate: Rate { known: true, rad_s: [1e-3, 2e-3, 3e-3], ..Rate::default() },
-        earth: Earth { direction: [0.0, 0.6, 0.8], sigma_rad: 1e-3, distance_km: 7000.0, sigma_km: 12.0 },
+        earth: Earth {
+            direction: [0.0, 0.6, 0.8],
+            sigma_rad: 1e-3,
+            distance_km: 7000.0,
+            sigma_km: 12.0,
+            covariance_km2: [49.0, -1.0, 50.0, 2.0, -3.0, 144.0],
+        },
         orbit: Orbit {
             known: true,
             settled: true,

@@ -12,11 +12,12 @@ use crate::harness::status::{activity_word, fault_words, shut_word, status_word}
 use crate::harness::{Second, events};
 use crate::judge::arcsec;
 use crate::judge::expected::{expected_mode, word};
+use crate::world::attitude::Vector;
 use fsw_core::telemetry::{EarthStatus, RateSource};
 use serde::{Serialize, Serializer};
 
 /// Version of the table: raised when a column is added or means something else.
-pub const VERSION: u32 = 8;
+pub const VERSION: u32 = 9;
 
 /// What a row is made from.
 #[derive(Clone, Copy, Debug)]
@@ -126,6 +127,11 @@ fn one(value: impl Into<f64>) -> Option<Vec<f64>> {
 
 fn scaled<const N: usize>(values: [f64; N], of: impl Fn(f64) -> f64) -> Option<Vec<f64>> {
     Some(values.map(of).to_vec())
+}
+
+/// The two axes across a direction.
+fn across([x, y, _]: &Vector) -> [f64; 2] {
+    [*x, *y]
 }
 
 fn wide<const N: usize>(values: [f32; N]) -> [f64; N] {
@@ -290,7 +296,7 @@ pub const COLUMNS: &[Columns] = &[
         "error of the direction to the Earth's centre across it, along x and y as nearly as they are across it; empty \
          where the Earth was not found",
         6,
-        |of| scaled(of.second.judged.earth?.across_rad, f64::to_degrees),
+        |of| scaled(across(&of.second.judged.earth?.direction_rad.axes.error), f64::to_degrees),
     ),
     numbers(
         &["earth_sigma_deg"],
@@ -564,4 +570,14 @@ pub const COLUMNS: &[Columns] = &[
         "true where the attitude of the second rests on the magnetometer; empty where it was not asked",
         |of| of.second.report.magnetometer.map_or(String::new(), |report| report.used.to_string()),
     ),
+    numbers(
+        &["earth_sigma_x_deg", "earth_sigma_y_deg"],
+        ("deg", EARTH_PATH),
+        "standard deviation of the direction to the Earth's centre along the axes of its error, of the reported covariance",
+        6,
+        |of| scaled(across(&of.second.judged.earth?.direction_rad.axes.sigma), f64::to_degrees),
+    ),
+    numbers(&["earth_correlation"], ("", EARTH_PATH), "correlation of these two", 4, |of| {
+        one(of.second.judged.earth?.direction_rad.correlation[0])
+    }),
 ];
