@@ -168,7 +168,7 @@ impl Parameters {
         self.orbit = self.orbit.about(body);
         let Some(limb) = &facts.limb else { return self };
         let BodyLimb { height_km, height_sigma_km, scatter_km, scale_height_km, lommel_share, .. } = *limb;
-        let [sigma_km, _] = limb.field_km;
+        let [sigma_km, cell_km] = limb.field_km;
         self.earth.ellipsoid =
             earth::Ellipsoid { equatorial_km: facts.radius_km as f32, polar_km: facts.polar_km as f32 };
         self.earth.limb = earth::LimbParameters {
@@ -180,11 +180,11 @@ impl Parameters {
             ..self.earth.limb
         };
         self.earth.light.twilight_deg = limb.twilight_deg;
-        // The defaults' cells of an Earth's radius.
+        // The default's cells of an Earth's radius.
         let share = (facts.radius_km / EARTH.radius_km) as f32;
         self.earth.horizon = earth::HorizonParameters {
             sigma_km,
-            cell_km: share * self.earth.horizon.cell_km,
+            cell_km,
             cloud_cell_km: share * self.earth.horizon.cloud_cell_km,
             ..self.earth.horizon
         };

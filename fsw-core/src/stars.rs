@@ -2,11 +2,13 @@
 //!
 //! [`identify`] proposes polygons of measured and catalogue stars (separations, triangles, sense of
 //! rotation, merging along a side: thesis §3.1.3), [`confirm`] verifies a proposal by projecting the
-//! catalogue into the image, [`predict`] gives the star positions of an attitude. [`reidentify`] needs no
-//! polygon: it begins with an attitude that was known some seconds ago.
+//! catalogue into the image, [`chance`] says how likely that is of a wrong one, [`predict`] gives the star
+//! positions of an attitude. [`reidentify`] needs no polygon: it begins with an attitude that was known some
+//! seconds ago.
 
 #[cfg(test)]
 mod artificial;
+pub mod chance;
 pub mod confirm;
 pub mod focal_ratio;
 pub mod identify;
@@ -16,6 +18,7 @@ pub mod predict;
 pub mod reidentify;
 pub mod search_order;
 mod triangles;
+mod weighing;
 
 use crate::attitude::VectorPair;
 use crate::camera::Camera;

@@ -164,7 +164,7 @@ pub static MOON: BodyFacts = BodyFacts {
         lommel_share: 1.0,
         twilight_deg: 0.0,
         field_km: [2.0, 300.0],
-        edge_km: [0.6, 33.0],
+        edge_km: [0.9, 33.0],
         gravity_noise_km_s15: 5e-7,
     }),
 };
@@ -205,7 +205,7 @@ pub static MARS: BodyFacts = BodyFacts {
         lommel_share: 0.5,
         twilight_deg: 6.0,
         field_km: [4.5, 586.0],
-        edge_km: [1.2, 64.0],
+        edge_km: [1.9, 64.0],
         gravity_noise_km_s15: 4e-7,
     }),
 };

@@ -3,35 +3,19 @@
 //! In: the attitude of a polygon, the measured stars, the catalogue. The brightest catalogue stars of the
 //! field are projected onto the detector and matched, brightest first, with the one measured star inside a
 //! radius that shrinks over [`ROUNDS`]; after each round the attitude is solved anew from all matches. Out:
-//! matches, attitude, and the probability of as many matches by chance.
-//!
-//! False-identification probability: were the hypothesis wrong, a star of the shorter list (of L stars,
-//! measured or projected) would find one of the longer (of M) inside the capture radius `ρ` with
-//! probability `p = M π ρ² / A` on a detector of area A. Of them n matched; the two that defined the
-//! hypothesis are excluded, so the probability of a chance match is the binomial tail `P(X >= n - 2 | L -
-//! 2, (M - 2) π ρ² / A)`, times the number of hypotheses that were tried and of the tests made (see
-//! [`BRIGHTEST`] and [`RADII`]). `ρ` is twice the radius inside which matches are counted, so that its area
-//! covers the whole region in which polygon and matching would have accepted a star.
+//! matches, their attitude, and the probability of as many by chance ([`chance`](super::chance)).
 
+use super::chance::log10_chance;
 use super::focal_ratio::{FocalRatio, focal_ratio};
 use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
+use super::weighing::{sigma_scale, solve};
 use super::{MAX_MEASURED, MeasuredStar, StarField};
-use crate::attitude::covariance::{Information, sigmas_rad};
-use crate::attitude::{VectorPair, wahba};
-use crate::catalog::Star;
+use crate::attitude::VectorPair;
 use crate::frames::{Icrs, Rotation, StarPath};
 use heapless::Vec;
-use nalgebra::Matrix3;
 
 /// Rounds of matching and solving; the radius shrinks from 2 tolerances to 1.
 pub const ROUNDS: usize = 3;
-
-/// The chance test uses this many of the brightest stars of either list; the best result counts, so that
-/// many faint false stars do not hide a few true ones.
-pub const BRIGHTEST: [usize; 4] = [8, 16, 32, 64];
-/// Radii of the chance test, shares of the tolerance: centroids better than the tolerance add evidence. The
-/// last is for calibrated lenses only, because every further test weakens the others.
-pub const RADII: [f32; 4] = [1.0, 0.5, 0.25, 0.125];
 
 /// Most stars of [`match_predicted_stars`].
 pub const MAX_FEW_STARS: usize = 8;
@@ -67,47 +51,6 @@ pub struct Confirmed {
     pub focal_ratio: FocalRatio,
     /// Common logarithm of the probability that so many stars match by chance, one hypothesis.
     pub log10_chance: f32,
-}
-
-/// Common logarithms of the whole numbers up to [`MAX_FIELD_STARS`]: the tests of one field ask for them
-/// hundreds of times.
-#[derive(Debug)]
-pub struct WholeLogs([f32; MAX_FIELD_STARS + 1]);
-
-impl Default for WholeLogs {
-    fn default() -> Self {
-        Self(core::array::from_fn(|number| libm::log10f(number as f32)))
-    }
-}
-
-impl WholeLogs {
-    fn of(&self, number: u32) -> f32 {
-        self.0.get(number as usize).copied().unwrap_or_else(|| libm::log10f(number as f32))
-    }
-}
-
-/// Common logarithm of the binomial tail `P(X >= hits | trials, p)`; 0 (certainty) when p is no probability.
-///
-/// Error below 1.5e-4 (9e-6 of the logarithm) for every number of trials up to [`MAX_FIELD_STARS`]` - 2`, p
-/// from 1e-9 to 0.999 (test `the_chance_of_a_match_is_the_exact_binomial_tail`); of more trials not all terms
-/// are summed.
-pub fn log10_binomial_tail(hits: u32, trials: u32, p: f32, logs: &WholeLogs) -> f32 {
-    if hits == 0 || !(p > 0.0 && p < 1.0) {
-        return 0.0;
-    }
-    if hits > trials {
-        return f32::NEG_INFINITY;
-    }
-    let (log_p, log_q) = (libm::log10f(p), libm::log10f(1.0 - p));
-    // First term C(n, k) p^k q^(n - k) in logarithms, the rest as a series of ratios.
-    let first = (0..hits)
-        .fold((trials - hits) as f32 * log_q, |sum, i| sum + log_p + logs.of(trials - i) - logs.of(i + 1));
-    let (mut series, mut term) = (1.0f32, 1.0f32);
-    for k in hits..trials.min(hits + MAX_FIELD_STARS as u32) {
-        term *= (trials - k) as f32 / (k + 1) as f32 * (p / (1.0 - p));
-        series += term;
-    }
-    (first + libm::log10f(series)).min(0.0)
 }
 
 /// Number of detector columns of the index.
@@ -194,68 +137,6 @@ fn match_stars(
     matches
 }
 
-/// Huber threshold of the solution, sigmas of the residual: larger ones come from a proton, a hot pixel or a
-/// neighbour in the star's image. A residual's sigma is that of the centroid times `sqrt(1 - h)` (Schweppe's
-/// form; Huber 1981, ch. 7): a bright star at the border draws the roll along, so that its own residual hides
-/// the share `h` of its error.
-const HUBER_SIGMAS: f32 = 2.0;
-/// Least of what a star leaves of its residual, `1 - h`: less is rounding and noise.
-const LEAST_LEFT: f32 = 0.1;
-/// Huber threshold of the sigma scale, sigmas: 1 in 3,000 good residuals is larger.
-const OUTLIER_SIGMAS: f32 = 4.0;
-
-/// Huber's sigma: that of the centroid, or its residual over `sigmas` where that is larger, which bounds
-/// the weight of an outlier.
-fn robust_sigma_px(found: &Match, seen: &MeasuredStar, sigmas: f32) -> f32 {
-    let [dx, dy] = found.residual_px;
-    seen.sigma_px.max(libm::sqrtf(dx * dx + dy * dy) / sigmas)
-}
-
-/// The share of its error by which a star that is `paired` draws an attitude of this covariance along, both
-/// axes together.
-fn leverage(paired: &VectorPair, covariance_rad2: &Matrix3<f32>) -> f32 {
-    let v = paired.measured.vector();
-    let moved_rad2 = covariance_rad2.trace() - v.dot(&(covariance_rad2 * v));
-    moved_rad2 / (paired.sigma_rad * paired.sigma_rad)
-}
-
-/// The catalogue star of a match that takes part in a solution: none that is proximity-flagged unless `all`
-/// is set.
-fn used(found: &Match, field: &StarField, all: bool) -> Option<Star> {
-    field.catalogue.star(found.star).filter(|star| all || !star.proximity)
-}
-
-/// Vector pairs of the matches that take part.
-fn vector_pairs(matches: &[Match], field: &StarField, all: bool) -> Vec<VectorPair, MAX_FIELD_STARS> {
-    let mut pairs = Vec::new();
-    for found in matches {
-        let seen = field.measured().get(usize::from(found.measured));
-        if let Some((seen, star)) = seen.zip(used(found, field, all)) {
-            let doubted = MeasuredStar { sigma_px: robust_sigma_px(found, seen, HUBER_SIGMAS), ..*seen };
-            let seen = field.colour_corrected(&doubted, &star);
-            // There are no more matches than the list holds.
-            let _ = pairs.push(seen.paired_with(field.catalogue.apparent_direction(&star), field.camera));
-        }
-    }
-    pairs
-}
-
-/// Weighs the residual of each of these pairs, of the matches that take part, against what its star leaves of
-/// it. Where the image's residuals are larger than their sigmas all alike, none is doubted for that.
-fn doubt_drawn(pairs: &mut [VectorPair], matches: &[Match], field: &StarField, all: bool) -> Option<()> {
-    let covariance_rad2 = Information::of(pairs).covariance_rad2()?;
-    let taken = || matches.iter().filter(|found| used(found, field, all).is_some());
-    let (chi_square, freedom) = chi_square(taken(), field);
-    let scale = (chi_square / freedom).max(1.0);
-    for (pair, Match { residual_px: [dx, dy], .. }) in pairs.iter_mut().zip(taken()) {
-        let left = (1.0 - leverage(pair, &covariance_rad2)).max(LEAST_LEFT);
-        let sigmas = HUBER_SIGMAS * libm::sqrtf((scale * left).min(1.0));
-        let doubted_px = libm::sqrtf(dx * dx + dy * dy) / sigmas;
-        pair.sigma_rad = pair.sigma_rad.max(doubted_px * field.camera.rad_per_px());
-    }
-    Some(())
-}
-
 /// The brightest stars, at most [`MAX_FEW_STARS`], that are measured within `radius_px` of their position
 /// predicted by an attitude, with their vector pairs; for updates by single stars, when there are too few
 /// for an attitude.
@@ -275,79 +156,6 @@ pub fn match_predicted_stars(
         })
         .take(MAX_FEW_STARS)
         .collect()
-}
-
-/// Attitude and covariance sigmas of a set of matches: without the proximity-flagged stars where the others
-/// suffice. Not inlined: keeps its list off the stack of the matching.
-#[inline(never)]
-fn solve(matches: &[Match], field: &StarField) -> Option<(Rotation<Icrs, StarPath>, [f32; 3])> {
-    [false, true].into_iter().find_map(|all| {
-        let mut pairs = vector_pairs(matches, field, all);
-        if pairs.len() < 3 && !all {
-            return None;
-        }
-        doubt_drawn(&mut pairs, matches, field, all)?;
-        let attitude = wahba::svd::solve(&pairs).ok()?;
-        Some((attitude, sigmas_rad(&Information::of(&pairs).covariance_rad2()?)))
-    })
-}
-
-/// Weight of the centroids' own sigmas against the residuals of the image, as a number of residuals.
-const PRIOR_RESIDUALS: f32 = 10.0;
-
-/// Chi-square of the residuals of matches and its degrees of freedom: two residuals a star, less the three
-/// angles that were fitted.
-fn chi_square<'a>(matches: impl Iterator<Item = &'a Match>, field: &StarField) -> (f32, f32) {
-    let (sum, count) = matches.fold((0.0, 0), |(sum, count), found| {
-        let seen = field.measured().get(usize::from(found.measured));
-        let sigma = seen.map_or(1.0, |seen| robust_sigma_px(found, seen, OUTLIER_SIGMAS));
-        let [dx, dy] = found.residual_px;
-        (sum + (dx * dx + dy * dy) / (sigma * sigma), count + 1)
-    });
-    (sum, 2.0 * count as f32 - 3.0)
-}
-
-/// Scale of the centroids' sigmas by the residuals: `sqrt(chi² / freedom)` where that exceeds 1. Below 1 a
-/// prior of weight [`PRIOR_RESIDUALS`] limits it, because few residuals may be small by chance; with a
-/// calibrated lens, whose sigmas are known, it is 1.
-fn sigma_scale(matches: &[Match], field: &StarField) -> f32 {
-    let (chi_square, freedom) = chi_square(matches.iter(), field);
-    let ratio = chi_square / freedom;
-    if ratio > 1.0 {
-        return libm::sqrtf(ratio);
-    }
-    let weighted = (chi_square + PRIOR_RESIDUALS) / (freedom + PRIOR_RESIDUALS);
-    if field.is_calibrated() { 1.0 } else { libm::sqrtf(weighted) }
-}
-
-/// Common logarithm of the probability that so many stars match so well by chance: the best of the tests with
-/// the [`BRIGHTEST`] and [`RADII`], times the number of different ones.
-fn log10_chance(matches: &[Match], expected: usize, tolerance_px: f32, field: &StarField) -> f32 {
-    let radii = RADII.get(..RADII.len() - usize::from(!field.is_calibrated())).unwrap_or(&RADII);
-    let measured = field.measured().len();
-    let beyond_two = |count: usize| count.saturating_sub(2);
-    let (logs, mut best) = (WholeLogs::default(), 0.0f32);
-    for radius in radii {
-        let within_px = tolerance_px * radius;
-        let capture_share = core::f32::consts::PI * (2.0 * within_px) * (2.0 * within_px) / field.searched_px;
-        for brightest in BRIGHTEST {
-            let hits = matches.iter().filter(|found| {
-                let [dx, dy] = found.residual_px;
-                usize::from(found.rank) < brightest
-                    && usize::from(found.measured) < brightest
-                    && dx * dx + dy * dy < within_px * within_px
-            });
-            let hits = beyond_two(hits.count()) as u32;
-            // Each star of the shorter list may meet any of the longer: the exact tail either way, less loose
-            // this way.
-            let (ours, theirs) = (beyond_two(expected.min(brightest)), beyond_two(measured.min(brightest)));
-            let chance = capture_share * ours.max(theirs) as f32;
-            best = best.min(log10_binomial_tail(hits, ours.min(theirs) as u32, chance, &logs));
-        }
-    }
-    // Tests with more of the brightest than there are stars are identical.
-    let distinct = BRIGHTEST.iter().filter(|brightest| **brightest < measured.max(expected)).count() + 1;
-    (best + libm::log10f((radii.len() * distinct.min(BRIGHTEST.len())) as f32)).min(0.0)
 }
 
 /// Checks a hypothesis against the whole field; `tolerance_px` is that of the separations. `None` when fewer
