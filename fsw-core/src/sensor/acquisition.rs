@@ -76,14 +76,17 @@ impl Sensor<'_> {
             meter.end(Stage::Scan);
             scanned?;
         }
+        let is_turn_known = self.turn_in_exposure().is_some();
         // It is exposed shorter where it turns.
-        let moved = scans && self.turning.divisor() > 1 && self.turn_in_exposure().is_none();
+        let moved = scans && self.turning.divisor() > 1 && !is_turn_known;
         let detections = &mut self.workspace.detections;
         stars.count(detections.spots().len(), detections);
         if scans {
             let smear = detections.smear(FEWEST_STREAKS);
             self.turn_change = match TurnChange::of(smear) {
                 TurnChange::Changing if self.turning.showed_lines() => TurnChange::Onset,
+                // A turn that nobody saw lost the attitude, and may end within this image.
+                _ if self.motion.is_lost() && !is_turn_known => TurnChange::Onset,
                 change => change,
             };
             match smear {

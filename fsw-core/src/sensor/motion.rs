@@ -41,6 +41,11 @@ impl Motion {
         self.filter.as_ref().map_or(0, Filter::word_sum).wrapping_add(u32::from(self.lost))
     }
 
+    /// Whether there is one, which was lost.
+    pub(super) fn is_lost(&self) -> bool {
+        self.lost && self.filter.is_some()
+    }
+
     /// Trusts it no longer.
     pub(super) fn lose(&mut self) {
         self.lost = true;
