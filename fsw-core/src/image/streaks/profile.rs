@@ -22,9 +22,11 @@ const HALF_WIDTH: i32 = 2;
 const DRIFT_WIDTH: i32 = 4;
 /// The drift's noise over that of a pixel: the root of the sum of the squares of -4 to 4.
 pub(super) const DRIFT_NOISE: f32 = 7.75;
-/// So far the line of a piece may be off, px and px a px.
+/// So far the line of a piece may be off, px and px a px ...
 const LINE_PX: f32 = 1.5;
 const LINE_SLOPE: f32 = 0.04;
+/// ... and at the ends of its streak, px: of one no longer than a few bins of a search many lines hold all.
+const LINE_ENDS_PX: f32 = 2.5;
 /// Columns sampled from one window.
 const CHUNK: usize = 8;
 /// Scaled counts of a unit in which profiles are kept.
@@ -388,8 +390,8 @@ impl Profile<'_> {
         let noise = DRIFT_NOISE * self.sigma / part.light;
         let weight = |sigma: f32, scatter: f32| sigma * sigma / (sigma * sigma + scatter);
         let across = weight(LINE_PX, noise * noise / count) * sum / (count * part.light);
-        let slope =
-            weight(LINE_SLOPE, noise * noise / square.max(1.0)) * moment / (square.max(1.0) * part.light);
+        let off = LINE_SLOPE + LINE_ENDS_PX / part.len() as f32;
+        let slope = weight(off, noise * noise / square.max(1.0)) * moment / (square.max(1.0) * part.light);
         let (across, slope) = (across.clamp(-3.0, 3.0), slope.clamp(-0.4, 0.4));
         (across + slope * (half as f32 - middle), slope)
     }
