@@ -90,6 +90,19 @@ pub fn row_delay_s(camera: &Camera, [_, y]: [f32; 2], row_time_s: f32) -> f32 {
     (y - middle) * row_time_s
 }
 
+/// A measured star matched with a catalogue star.
+#[derive(Clone, Copy, Debug)]
+pub struct Match {
+    /// Index of the measured star.
+    pub measured: u8,
+    /// Index of the catalogue star.
+    pub star: u16,
+    /// Rank of the catalogue star among those predicted, by brightness.
+    pub rank: u8,
+    /// Measured less projected position, px.
+    pub residual_px: [f32; 2],
+}
+
 /// Measured stars of one image with catalogue and camera.
 #[derive(Clone, Copy, Debug)]
 pub struct StarField<'a> {

@@ -86,7 +86,7 @@ impl Sensor<'_> {
             self.turn_change = match TurnChange::of(smear) {
                 TurnChange::Changing if self.turning.showed_lines() => TurnChange::Onset,
                 // A turn that nobody saw lost the attitude, and may end within this image.
-                _ if self.motion.is_lost() && !is_turn_known => TurnChange::Onset,
+                _ if self.motion.is_lost_in_turn() && !is_turn_known => TurnChange::Onset,
                 change => change,
             };
             match smear {

@@ -41,9 +41,9 @@ impl Motion {
         self.filter.as_ref().map_or(0, Filter::word_sum).wrapping_add(u32::from(self.lost))
     }
 
-    /// Whether there is one, which was lost.
-    pub(super) fn is_lost(&self) -> bool {
-        self.lost && self.filter.is_some()
+    /// Whether it was lost in a turn that nobody saw: images contradicted it.
+    pub(super) fn is_lost_in_turn(&self) -> bool {
+        self.lost && self.filter.as_ref().is_some_and(|filter| !filter.is_steady())
     }
 
     /// Trusts it no longer.

@@ -10,8 +10,8 @@ use crate::magnetism::Magnetism;
 use crate::modes::{Mode, ModeInputs};
 use crate::orbit::filter::Nis;
 use crate::order::fill;
+use crate::stars::Match;
 use crate::stars::MeasuredStar;
-use crate::stars::confirm::Match;
 use crate::telemetry::{
     Activity, AttitudeReport, DetectorFault, EarthReport, EarthStatus, Event, Faults, FilteredAttitude,
     FixFault, ImageFault, LocalAttitude, MAX_EVENTS, MAX_STARS, MagnetometerReport, NextState, OrbitReport,

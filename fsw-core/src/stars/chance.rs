@@ -10,9 +10,8 @@
 //! matches are counted, so that its area covers the whole region in which polygon and matching would have
 //! accepted a star.
 
-use super::StarField;
-use super::confirm::Match;
 use super::predict::MAX_FIELD_STARS;
+use super::{Match, StarField};
 
 /// The chance test uses this many of the brightest stars of either list; the best result counts, so that
 /// many faint false stars do not hide a few true ones.

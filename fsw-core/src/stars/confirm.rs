@@ -9,7 +9,7 @@ use super::chance::log10_chance;
 use super::focal_ratio::{FocalRatio, focal_ratio};
 use super::predict::{MAX_FIELD_STARS, Predicted, field_stars};
 use super::weighing::{sigma_scale, solve};
-use super::{MAX_MEASURED, MeasuredStar, StarField};
+use super::{MAX_MEASURED, Match, MeasuredStar, StarField};
 use crate::attitude::VectorPair;
 use crate::frames::{Icrs, Rotation, StarPath};
 use heapless::Vec;
@@ -19,19 +19,6 @@ pub const ROUNDS: usize = 3;
 
 /// Most stars of [`match_predicted_stars`].
 pub const MAX_FEW_STARS: usize = 8;
-
-/// A measured star matched with a catalogue star.
-#[derive(Clone, Copy, Debug)]
-pub struct Match {
-    /// Index of the measured star.
-    pub measured: u8,
-    /// Index of the catalogue star.
-    pub star: u16,
-    /// Rank of the catalogue star among those predicted, by brightness.
-    pub rank: u8,
-    /// Measured less projected position, px.
-    pub residual_px: [f32; 2],
-}
 
 /// An attitude hypothesis verified with the whole field.
 #[derive(Clone, Debug)]

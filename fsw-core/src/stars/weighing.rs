@@ -3,9 +3,8 @@
 //! In: matches, the measured stars, the catalogue. Out: the attitude by least squares with Huber's weights, and
 //! by how much the residuals of the image scale its sigmas.
 
-use super::confirm::Match;
 use super::predict::MAX_FIELD_STARS;
-use super::{MeasuredStar, StarField};
+use super::{Match, MeasuredStar, StarField};
 use crate::attitude::covariance::{Information, sigmas_rad};
 use crate::attitude::{VectorPair, wahba};
 use crate::catalog::Star;
