@@ -86,7 +86,7 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 13
+#define SEXTANT_TELEMETRY_VERSION 14
 
 /**
  * Version of the parameter table that is read; its first byte.
@@ -900,6 +900,11 @@ typedef struct sextant_earth {
      * Standard deviation of the distance, km.
      */
     float sigma_km;
+    /**
+     * Covariance of the centre, direction times distance, Earth path, km²: the lower left half of the matrix
+     * with its diagonal, row by row.
+     */
+    float covariance_km2[6];
 } sextant_earth;
 
 /**
