@@ -315,7 +315,7 @@ enum sextant_earth_status
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * It was not looked for: no attitude, the detector was blinded, or the Earth path is shut.
+     * It was not looked for: no attitude, stars that are lines, a blinded detector, or a shut Earth path.
      */
     SEXTANT_EARTH_STATUS_NOT_LOOKED = 0,
     /**

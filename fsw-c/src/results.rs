@@ -74,7 +74,7 @@ pub enum Outcome {
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EarthStatus {
-    /// It was not looked for: no attitude, the detector was blinded, or the Earth path is shut.
+    /// It was not looked for: no attitude, stars that are lines, a blinded detector, or a shut Earth path.
     #[default]
     NotLooked = 0,
     /// No limb that the Sun lights is in the field.

@@ -163,7 +163,7 @@ pub struct FilteredAttitude {
 /// What came of looking for the Earth in this second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum EarthStatus {
-    /// It was not looked for: no attitude, the detector was blinded, or the Earth path is shut.
+    /// It was not looked for: no attitude, stars that are lines, a blinded detector, or a shut Earth path.
     #[default]
     NotLooked,
     /// No limb that the Sun lights is in the field.

@@ -1,4 +1,4 @@
-//! Earth vectors of single pictures are as good as their sigmas say, over rendered limbs with clouds and an
+//! Earth vectors of single pictures are as good as their covariances say, over rendered limbs with clouds and an
 //! uneven horizon.
 //!
 //! Low orbits, arcs of 10 to 28 degrees, the orbit filter's own start included. Neighbouring seconds see the
@@ -39,10 +39,9 @@ fn single_earth_vectors_are_as_good_as_they_say() {
         }
         found += count;
     }
-    // Of the direction nearly all lies along the arc's weak side, whose sigma is the one reported: one degree
-    // of freedom. 95 %.
-    let band = 1.96 * (2.0 * LASTING_S / found).sqrt();
-    for square in squares.map(|sum| sum / found) {
+    // Two degrees of freedom of a direction, one of a distance. 95 %.
+    for (square, freedom) in squares.map(|sum| sum / found).into_iter().zip([2.0, 1.0]) {
+        let band = 1.96 * (2.0 * LASTING_S / (found * freedom)).sqrt();
         println!("mean square {square:.2} of 1 +- {band:.2}");
         assert!((square - 1.0).abs() < band, "{square}");
     }

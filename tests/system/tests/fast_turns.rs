@@ -11,12 +11,12 @@ const SECONDS: u32 = 45;
 const FIRST_S: u32 = 30;
 
 /// A spacecraft that turns freely, deg/s about the axes of its Earth path, before some part of the sky.
-fn turning(rate_deg_s: [f64; 3], [ra_deg, dec_deg]: [f64; 2]) -> Scenario {
+fn turning(rate_deg_s: [f64; 3], [ra_deg, dec_deg, roll_deg]: [f64; 3]) -> Scenario {
     let text = include_str!("../../families/spin.toml");
     let (head, rest) = text.split_once("ra_deg").expect("a pointing");
     let (_, tail) = rest.split_once("rate_deg_s = [0.3, 0.4, 0.1]").expect("a rate");
     let text = format!(
-        "{head}ra_deg = {ra_deg:?}\ndec_deg = {dec_deg:?}\nroll_deg = 20.0\nrate_deg_s = {rate_deg_s:?}{tail}"
+        "{head}ra_deg = {ra_deg:?}\ndec_deg = {dec_deg:?}\nroll_deg = {roll_deg:?}\nrate_deg_s = {rate_deg_s:?}{tail}"
     );
     let mut scenario = Scenario::parse(Path::new("a fast turn"), &text).unwrap();
     scenario.duration_s = SECONDS;
@@ -34,7 +34,7 @@ fn at_three_to_five_degrees_a_second_an_attitude_comes_within_half_a_minute_and_
         let rate = [0.9 * size * about.cos(), 0.9 * size * about.sin(), 0.43 * size];
         let mut first = None;
         fly(
-            &turning(rate, [37.0 * f64::from(number) % 360.0, 11.0 * f64::from(number % 12) - 60.0]),
+            &turning(rate, [37.0 * f64::from(number) % 360.0, 11.0 * f64::from(number % 12) - 60.0, 20.0]),
             |second| {
                 seconds += 1;
                 if let Some(attitude) = second.judged.attitude_rad {
@@ -52,4 +52,19 @@ fn at_three_to_five_degrees_a_second_an_attitude_comes_within_half_a_minute_and_
     );
     assert!(worst < 6.0);
     assert!(10 * first_in_time >= 8 * turns && 4 * told >= seconds);
+}
+
+/// At 3.3 deg/s the limb is drawn out by 70 px: centres of it were 10 sigma off.
+#[test]
+fn no_earth_is_measured_where_stars_are_lines() {
+    let mut scenario = turning([-0.022, 1.808, -2.763], [111.946, -7.328, 152.653]);
+    scenario.duration_s = 60;
+    let (mut seen, mut told) = (0, 0);
+    fly(&scenario, |second| {
+        let identified = second.judged.attitude_rad.is_some();
+        seen += u32::from(identified && second.judged.lit_limb_deg > 30.0);
+        told += u32::from(second.judged.earth.is_some());
+    });
+    println!("a lit limb in {seen} seconds with an attitude, a centre of it in {told}");
+    assert!(seen >= 4 && told == 0);
 }
