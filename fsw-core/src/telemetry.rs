@@ -188,8 +188,8 @@ pub struct EarthReport {
     /// Standard deviation of the distance, km, the limb's height taken as known.
     pub sigma_km: f32,
     /// Covariance of the centre, direction times distance, Earth path, km²: the lower left half of the matrix
-    /// with its diagonal, row by row. Of a short arc the direction along it is known ten times better than the
-    /// one across, and this one goes with the distance.
+    /// with its diagonal, row by row. Of a short arc the direction along it is known ten times better than
+    /// the one across, and this one goes with the distance.
     pub covariance_km2: [f32; 6],
     /// Limb points on which the centre rests.
     pub inliers: u16,

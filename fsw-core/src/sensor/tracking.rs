@@ -43,8 +43,8 @@ pub(super) enum TurnChange {
     Changing,
     /// The turn begins and goes far: most stars look otherwise that did not in the image before, or less than
     /// half are left. Of 330 flights of slews and jitter one was 24 sigma off without it. Or it ends: the image
-    /// before showed lines. Of 120 flights one was 26 sigma off without that. Or a search's image follows a turn
-    /// that lost the attitude: 6 sigma in one of 120.
+    /// before showed lines. Of 120 flights one was 26 sigma off without that. Or a search's image follows a
+    /// turn that lost the attitude: 6 sigma in one of 120.
     Onset,
 }
 

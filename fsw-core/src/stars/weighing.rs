@@ -1,7 +1,7 @@
 //! Attitude of matched stars, each weighed by what its residual says of it.
 //!
-//! In: matches, the measured stars, the catalogue. Out: the attitude by least squares with Huber's weights, and
-//! by how much the residuals of the image scale its sigmas.
+//! In: matches, the measured stars, the catalogue. Out: the attitude by least squares with Huber's weights,
+//! and by how much the residuals of the image scale its sigmas.
 
 use super::predict::MAX_FIELD_STARS;
 use super::{Match, MeasuredStar, StarField};

@@ -1,5 +1,5 @@
-//! Earth vectors of single pictures are as good as their covariances say, over rendered limbs with clouds and an
-//! uneven horizon.
+//! Earth vectors of single pictures are as good as their covariances say, over rendered limbs with clouds and
+//! an uneven horizon.
 //!
 //! Low orbits, arcs of 10 to 28 degrees, the orbit filter's own start included. Neighbouring seconds see the
 //! same clouds: errors last for the half minute in which the limb moves on by the horizon's cells, so that

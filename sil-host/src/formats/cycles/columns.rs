@@ -573,7 +573,8 @@ pub const COLUMNS: &[Columns] = &[
     numbers(
         &["earth_sigma_x_deg", "earth_sigma_y_deg"],
         ("deg", EARTH_PATH),
-        "standard deviation of the direction to the Earth's centre along the axes of its error, of the reported covariance",
+        "standard deviation of the direction to the Earth's centre along the axes of its error, of the reported \
+         covariance",
         6,
         |of| scaled(across(&of.second.judged.earth?.direction_rad.axes.sigma), f64::to_degrees),
     ),
