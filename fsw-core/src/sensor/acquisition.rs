@@ -9,6 +9,7 @@ use crate::attitude::filter::seconds;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionMethod;
 use crate::image::scan::{self, Smear};
+use crate::image::turn::Turn;
 use crate::plan;
 use crate::stars::StarField;
 use crate::stars::confirm::Confirmed;
@@ -70,23 +71,23 @@ impl Sensor<'_> {
         stars: &mut StarRecord,
     ) -> Result<Option<Outcome>, DetectorError> {
         let scans = self.searching_since.is_none();
+        let turn = if scans { self.turn_in_exposure() } else { None };
         if scans {
             meter.begin(Stage::Scan);
-            let scanned = self.scan(detector);
+            let scanned = self.scan(detector, turn);
             meter.end(Stage::Scan);
             scanned?;
         }
-        let is_turn_known = self.turn_in_exposure().is_some();
-        // It is exposed shorter where it turns.
-        let moved = scans && self.turning.divisor() > 1 && !is_turn_known;
         let detections = &mut self.workspace.detections;
         stars.count(detections.spots().len(), detections);
         if scans {
+            // It is exposed shorter where it turns.
+            let moved = self.turning.divisor() > 1 && turn.is_none();
             let smear = detections.smear(FEWEST_STREAKS);
             self.turn_change = match TurnChange::of(smear) {
                 TurnChange::Changing if self.turning.showed_lines() => TurnChange::Onset,
                 // A turn that nobody saw lost the attitude, and may end within this image.
-                _ if self.motion.is_lost_in_turn() && !is_turn_known => TurnChange::Onset,
+                _ if self.motion.is_lost_in_turn() && turn.is_none() => TurnChange::Onset,
                 change => change,
             };
             match smear {
@@ -102,12 +103,16 @@ impl Sensor<'_> {
         Ok(outcome)
     }
 
-    /// Searches the whole image for stars.
-    fn scan(&mut self, detector: &mut impl Detector<Error = DetectorError>) -> Result<(), DetectorError> {
+    /// Searches the whole image for stars, drawn out by a `turn` where it is known.
+    fn scan(
+        &mut self,
+        detector: &mut impl Detector<Error = DetectorError>,
+        turn: Option<Turn>,
+    ) -> Result<(), DetectorError> {
         let method = DetectionMethod {
             parameters: &self.parameters.detection,
             calibration: self.calibration.as_ref(),
-            turn: self.turn_in_exposure(),
+            turn,
         };
         let Workspace { shared, detections, repeated, .. } = &mut *self.workspace;
         scan::scan(detector, &mut shared.readout().buffer, method, detections)?;

@@ -8,11 +8,10 @@
 //! whose light stands best above half its own mean (the likeliest box in white noise); the drift of the light
 //! across the line corrects the line.
 
-use super::search::BLOCK_PX;
 use super::{scale, scaled};
 use crate::image::scan::TILE_PIXELS;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
-use fsw_pixels::radon::BIN;
+use fsw_pixels::radon::{BIN, SIDE};
 
 /// So far across the line the image is sampled, px.
 const REACH: i32 = 9;
@@ -27,10 +26,10 @@ pub(super) const DRIFT_NOISE: f32 = 7.75;
 /// So far the line of a piece may be off, px and px a px ...
 const LINE_PX: f32 = 1.5;
 const LINE_SLOPE: f32 = 0.04;
-/// ... and more where the streak is shorter than the shortest line of a search: many lines of its bins hold
-/// all of it.
-const SEARCHED_PX: f32 = (BLOCK_PX / 2) as f32;
+/// ... and more where the streak is shorter than the shortest line of a search, half a block: many lines of
+/// its bins hold all of it. A bin, px, and a bin over that line.
 const BIN_PX: f32 = BIN as f32;
+const BIN_OF_LINE: f32 = 2.0 / SIDE as f32;
 /// Columns sampled from one window.
 const CHUNK: usize = 8;
 /// Scaled counts of a unit in which profiles are kept.
@@ -394,7 +393,7 @@ impl Profile<'_> {
         let noise = DRIFT_NOISE * self.sigma / part.light;
         let weight = |sigma: f32, scatter: f32| sigma * sigma / (sigma * sigma + scatter);
         let across = weight(LINE_PX, noise * noise / count) * sum / (count * part.light);
-        let short = (BIN_PX / part.len() as f32 - BIN_PX / SEARCHED_PX).max(0.0);
+        let short = (BIN_PX / part.len() as f32 - BIN_OF_LINE).max(0.0);
         let off = LINE_SLOPE + short;
         let slope = weight(off, noise * noise / square.max(1.0)) * moment / (square.max(1.0) * part.light);
         let (across, slope) = (across.clamp(-3.0, 3.0), slope.clamp(-0.4, 0.4));
