@@ -3,7 +3,7 @@
 
 use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
-use super::tracking::TurnChange;
+use super::tracking::{PART_PX, TurnChange};
 use super::{Sensor, Workspace};
 use crate::attitude::filter::seconds;
 use crate::frames::{Icrs, Rotation, StarPath};
@@ -11,11 +11,11 @@ use crate::image::DetectionMethod;
 use crate::image::scan::{self, Smear};
 use crate::image::turn::Turn;
 use crate::plan;
-use crate::stars::StarField;
 use crate::stars::confirm::Confirmed;
 use crate::stars::focal_ratio::FocalRatio;
 use crate::stars::identify::{NotIdentified, Progress};
 use crate::stars::reidentify::reidentify;
+use crate::stars::{Match, StarField};
 use crate::telemetry::{DetectorFault, Outcome};
 use fsw_hal::{Detector, DetectorError, LocalTime, Stage, StageMeter};
 
@@ -34,6 +34,9 @@ const EXPECTED_LOG10_FALSE: f32 = -5.0;
 const MOVED_PX: f32 = 0.2;
 /// Fewer spots of a whole image that are drawn out do not say that the sensor turns.
 const FEWEST_STREAKS: u32 = 6;
+/// Of identified stars of a turning sensor one in so many and more are drawn out, be there ever so many hits
+/// and false stars in the image that are not; of one at rest fewer, pairs.
+const DRAWN_SHARE: usize = 4;
 
 impl Sensor<'_> {
     /// Self-test: an image can be taken, and a window read twice gives the same values.
@@ -239,9 +242,10 @@ impl Sensor<'_> {
         self.likeliest = likeliest.map(|attitude| (attitude, image));
     }
 
-    /// Takes the attitude of identified stars of the instant `image`. Where another focal length suits them,
-    /// by that one: stars that do not stand evenly about the middle turn the attitude of a wrong one. Whether
-    /// it could be taken.
+    /// Takes the attitude of identified stars of the instant `image`. Where some of them are parts of what the
+    /// sensor's turning has drawn out, these are believed less. Where another focal length suits them, by that
+    /// one: stars that do not stand evenly about the middle turn the attitude of a wrong one. Whether it could
+    /// be taken.
     #[inline(never)]
     fn take_identified(
         &mut self,
@@ -251,12 +255,16 @@ impl Sensor<'_> {
         stars: &mut StarRecord,
     ) -> bool {
         self.images_given_up = 0;
+        let has_parts = self.has_parts(confirmed);
         let FocalRatio { ratio, sigma } = confirmed.focal_ratio;
-        let stretched = (ratio - 1.0).abs() > (3.0 * sigma).max(UNSEEN_STRETCH);
-        if !stretched {
+        let stretched = !has_parts && (ratio - 1.0).abs() > (3.0 * sigma).max(UNSEEN_STRETCH);
+        if has_parts {
+            self.workspace.detections.doubt_round(PART_PX);
+        } else if stretched {
+            self.refine_focal_length(&confirmed.focal_ratio, image);
+        } else {
             return self.measurement_update(confirmed, log10_false, image, stars);
         }
-        self.refine_focal_length(&confirmed.focal_ratio, image);
         self.workspace.take_measured(&self.camera, None, 0.0);
         let limit = self.parameters.identification.log10_false_limit;
         let Some((mut again, log10_false)) =
@@ -264,8 +272,23 @@ impl Sensor<'_> {
         else {
             return false;
         };
-        // What the image shows of it is taken already.
-        again.focal_ratio.sigma = f32::INFINITY;
+        if stretched {
+            // What the image shows of it is taken already.
+            again.focal_ratio.sigma = f32::INFINITY;
+        }
         self.measurement_update(&again, log10_false, image, stars)
+    }
+
+    /// Whether identified stars are drawn out by a turn of which nothing is known: those that look round are
+    /// parts.
+    fn has_parts(&self, confirmed: &Confirmed) -> bool {
+        let spots = self.workspace.detections.spots();
+        let is_drawn = |found: &&Match| {
+            let centre_px =
+                self.workspace.measured.get(usize::from(found.measured)).map(|star| star.centre_px);
+            spots.iter().any(|spot| spot.drawn_px > 0 && Some(spot.centre_px()) == centre_px)
+        };
+        DRAWN_SHARE * confirmed.matches.iter().filter(is_drawn).count() >= confirmed.matches.len()
+            && self.turn_in_exposure().is_none()
     }
 }

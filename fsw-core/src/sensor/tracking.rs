@@ -82,7 +82,7 @@ pub(super) struct Followed {
 
 /// Error of a spot that looks round among stars that are drawn out: it is a part of a faint one of up to 8 px,
 /// of which 3 px are seen anywhere, or a hit.
-const PART_PX: f32 = 1.5;
+pub(super) const PART_PX: f32 = 1.5;
 
 /// The stars expected in the image, and the windows in which they are sought.
 struct Expectation {
