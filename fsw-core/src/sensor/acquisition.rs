@@ -279,8 +279,8 @@ impl Sensor<'_> {
         self.measurement_update(&again, log10_false, image, stars)
     }
 
-    /// Whether identified stars are drawn out by a turn of which nothing is known: those that look round are
-    /// parts.
+    /// Whether many of the identified stars, but not all, are drawn out by a turn of which nothing is known:
+    /// those that look round are parts.
     fn has_parts(&self, confirmed: &Confirmed) -> bool {
         let spots = self.workspace.detections.spots();
         let is_drawn = |found: &&Match| {
@@ -288,7 +288,7 @@ impl Sensor<'_> {
                 self.workspace.measured.get(usize::from(found.measured)).map(|star| star.centre_px);
             spots.iter().any(|spot| spot.drawn_px > 0 && Some(spot.centre_px()) == centre_px)
         };
-        DRAWN_SHARE * confirmed.matches.iter().filter(is_drawn).count() >= confirmed.matches.len()
-            && self.turn_in_exposure().is_none()
+        let (all, drawn) = (confirmed.matches.len(), confirmed.matches.iter().filter(is_drawn).count());
+        drawn < all && all <= DRAWN_SHARE * drawn && self.turn_in_exposure().is_none()
     }
 }
