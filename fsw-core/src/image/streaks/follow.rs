@@ -14,7 +14,7 @@
 //! displaces (Yao, Ann. Statist. 15, 1987).
 
 use super::profile::{DRIFT_NOISE, Line, Part, Profile, sample};
-use super::{Piece, Streak, scaled};
+use super::{FULL_SCALE, Piece, Streak, scaled};
 use crate::image::scan::TILE_PIXELS;
 use crate::trigonometry::sine_cosine;
 use fsw_hal::{Detector, DetectorError, Window};
@@ -22,8 +22,10 @@ use fsw_hal::{Detector, DetectorError, Window};
 /// Columns to either side of the piece at first, and at most.
 const FIRST_HALF: usize = 32;
 const MAX_HALF: usize = 512;
-/// Rounds of sampling: until the longest streak is whole, and two to set the line right.
+/// Rounds of sampling: until the longest streak is whole, and some to set the line right.
 const ROUNDS: usize = 7;
+/// The line is right where the light at the streak's ends is no farther off than this, px.
+const RIGHT_PX: f32 = 1.0;
 /// A streak's box may end so near to the end of what was sampled, px.
 const CLEAR: usize = 10;
 /// Shortest streak, px.
@@ -42,6 +44,10 @@ const WALK_PX2: f32 = 12.0;
 const FLOOR_PX2: f32 = 0.006;
 /// ... more of streaks shorter than 11 px ...
 const SHORT_PX2: f32 = 120.0;
+/// ... more where pixels may stand at full scale, as from this light on they do behind a sharp lens: half of
+/// what they show lies outside of half of the light, px² ...
+const FULL_LIGHT: f32 = 1.4 * FULL_SCALE as f32;
+const FULL_PX2: f32 = 2.0;
 /// ... and across the streak at least, its bend included, px².
 const BEND_PX2: f32 = 0.04;
 
@@ -153,10 +159,11 @@ pub fn follow(
             |near: bool, column: Option<usize>| near && column.is_some_and(|column| profile.is_seen(column));
         let grows = half < MAX_HALF
             && (open(part.start < CLEAR, Some(0)) || open(part.end + CLEAR > 2 * half, Some(2 * half - 1)));
-        if settled + grown >= 2 && settled >= 1 && !grows {
+        let (across, slope) = profile.drift(&part, half);
+        let off = across.abs() + 0.5 * slope.abs() * part.len() as f32;
+        if settled + grown >= 2 && settled >= 1 && !grows && off < RIGHT_PX {
             return Ok(measured(&profile, &part, &line, half));
         }
-        let (across, slope) = profile.drift(&part, half);
         line = line.moved(across, slope);
         // What comes next is sampled about the middle of what was found.
         let middle = 0.5 * (part.start + part.end) as f32 - half as f32;
@@ -191,13 +198,14 @@ fn measured(profile: &Profile, part: &Part, line: &Line, half: usize) -> Option<
         return None;
     }
     let q2 = noise / light * noise / light;
+    let full = if light > FULL_LIGHT { FULL_PX2 } else { 0.0 };
     // Of a short streak the blur is hardly told from the length.
     let short = 1.0 + SHORT_PX2 / ((end - start) * (end - start));
     let place = |column: f32| line.at(column - half as f32, 0.0);
     let across = 2.0 * DRIFT_NOISE * profile.sigma / (light * libm::sqrtf(count));
     Some(Streak {
         ends_px: [place(start), place(end)],
-        sigma_along_px: libm::sqrtf(short * (EDGE_PX2 * q2 + FLOOR_PX2) + WALK_PX2 * q2 * q2),
+        sigma_along_px: libm::sqrtf(short * (EDGE_PX2 * q2 + FLOOR_PX2) + WALK_PX2 * q2 * q2 + full),
         sigma_across_px: libm::sqrtf(across * across + BEND_PX2),
         cut,
         light,

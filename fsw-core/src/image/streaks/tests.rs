@@ -94,6 +94,16 @@ fn the_ends_of_a_short_streak_are_as_sure_as_they_say() {
     assert!(missed <= 10 && along < 2.0 && across < 1.0);
 }
 
+/// Bright ones are seen along lines that cross them too; of what is at full scale half lies outside of half
+/// of the light, by up to 1.5 px.
+#[test]
+fn the_ends_of_a_bright_streak_are_as_sure_as_they_say() {
+    for lights in [[400.0, 1200.0], [1200.0, 2400.0], [2400.0, 8000.0], [8000.0, 90_000.0]] {
+        let (missed, along, across) = measured([20.0, 60.0], lights);
+        assert!(missed <= 1 && along < 2.0 && across < 2.0);
+    }
+}
+
 #[test]
 fn a_faint_streak_is_seen_as_a_line_where_no_pixel_stands_out() {
     // 1.2 sigma of a pixel a pixel's length: 0.5 sigma in the brightest pixel.
