@@ -11,7 +11,7 @@
 //! Errors, `q` being the noise of a pixel's length over its light: an end is known along the streak to
 //! `sqrt((EDGE_PX2 q² + FLOOR_PX2) (1 + SHORT_PX2 / L²) + WALK_PX2 q⁴)`, L being its length. The first term
 //! is the Cramer-Rao bound of an edge with a blur of 1.1 px, the last that of a faint one, which noise alone
-//! displaces (Yao, Ann. Statist. 15, 1987).
+//! displaces (Yao, Ann. Statist. 15, 1987). To it `FULL_PX2` is added where pixels may stand at full scale.
 
 use super::profile::{DRIFT_NOISE, Line, Part, Profile, sample};
 use super::{FULL_SCALE, Piece, Streak, scaled};
