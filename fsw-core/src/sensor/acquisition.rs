@@ -4,6 +4,7 @@
 use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
 use super::tracking::{PART_PX, TurnChange};
+use super::turning::DRAWN_SHARE;
 use super::{Sensor, Workspace};
 use crate::attitude::filter::seconds;
 use crate::frames::{Icrs, Rotation, StarPath};
@@ -34,9 +35,6 @@ const EXPECTED_LOG10_FALSE: f32 = -5.0;
 const MOVED_PX: f32 = 0.2;
 /// Fewer spots of a whole image that are drawn out do not say that the sensor turns.
 const FEWEST_STREAKS: u32 = 6;
-/// Of identified stars of a turning sensor one in so many and more are drawn out, be there ever so many hits
-/// and false stars in the image that are not; of one at rest fewer, pairs.
-const DRAWN_SHARE: usize = 4;
 
 impl Sensor<'_> {
     /// Self-test: an image can be taken, and a window read twice gives the same values.
@@ -279,8 +277,9 @@ impl Sensor<'_> {
         self.measurement_update(&again, log10_false, image, stars)
     }
 
-    /// Whether many of the identified stars, but not all, are drawn out by a turn of which nothing is known:
-    /// those that look round are parts.
+    /// Whether one in [`DRAWN_SHARE`] of the identified stars or more, but not all, are drawn out by a turn of
+    /// which nothing is known: those that look round are parts, be there ever so many round hits and false
+    /// stars in the image.
     fn has_parts(&self, confirmed: &Confirmed) -> bool {
         let spots = self.workspace.detections.spots();
         let is_drawn = |found: &&Match| {

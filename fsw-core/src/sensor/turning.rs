@@ -36,7 +36,7 @@ const LONG_PX: f32 = 30.0;
 /// Fewest stars of which a scan says that the sensor does not turn fast, if fewer than one in `DRAWN_SHARE`
 /// is drawn out: of stars at rest, pairs and hits are.
 const FEWEST_STARS: usize = 4;
-const DRAWN_SHARE: usize = 4;
+pub(super) const DRAWN_SHARE: usize = 4;
 /// Fewer streaks so long are satellites and hits.
 const FEWEST_LINES: usize = 2;
 /// Searches for lines that may give no rate before stars are looked for after each: an Earth at rest has

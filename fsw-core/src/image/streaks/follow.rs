@@ -9,9 +9,9 @@
 //! shape `m`.
 //!
 //! Errors, `q` being the noise of a pixel's length over its light: an end is known along the streak to
-//! `sqrt((EDGE_PX2 q² + FLOOR_PX2) (1 + SHORT_PX2 / L²) + WALK_PX2 q⁴)`, L being its length. The first term
-//! is the Cramer-Rao bound of an edge with a blur of 1.1 px, the last that of a faint one, which noise alone
-//! displaces (Yao, Ann. Statist. 15, 1987). To it `FULL_PX2` is added where pixels may stand at full scale.
+//! `sqrt((EDGE_PX2 q² + FLOOR_PX2) (1 + SHORT_PX2 / L²) + WALK_PX2 q⁴ + FULL_PX2)`, L being its length. The
+//! first term is the Cramer-Rao bound of an edge with a blur of 1.1 px, the second that of a faint one, which
+//! noise alone displaces (Yao, Ann. Statist. 15, 1987), the last stands where pixels may be at full scale.
 
 use super::profile::{DRIFT_NOISE, Line, Part, Profile, sample};
 use super::{FULL_SCALE, Piece, Streak, scaled};
@@ -44,12 +44,12 @@ const WALK_PX2: f32 = 12.0;
 const FLOOR_PX2: f32 = 0.006;
 /// ... more of streaks shorter than 11 px ...
 const SHORT_PX2: f32 = 120.0;
-/// ... more where pixels may stand at full scale, as from this light on they do behind a sharp lens: half of
-/// what they show lies outside of half of the light, px² ...
-const FULL_LIGHT: f32 = 1.4 * FULL_SCALE as f32;
+/// ... more of light above `FULL_LIGHT`: half of what the pixels show lies outside of half of the light ...
 const FULL_PX2: f32 = 2.0;
 /// ... and across the streak at least, its bend included, px².
 const BEND_PX2: f32 = 0.04;
+/// From this light on pixels behind a sharp lens stand at full scale, scaled counts.
+const FULL_LIGHT: f32 = 1.4 * FULL_SCALE as f32;
 
 /// A box with smooth edges: ends and blur, columns.
 type Shape = [f32; 3];
