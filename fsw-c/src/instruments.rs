@@ -148,15 +148,19 @@ pub struct Magnetometer {
         Option<unsafe extern "C" fn(context: *mut c_void, reading: *mut MagneticFieldReading) -> u32>,
 }
 
-/// The shutters of the two paths. Moved only where the parameter table says which there are.
+/// The shutters of the two paths and the filter of the Earth path. Moved only where the parameter table says
+/// which there are.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Shutter {
     /// Handed to the callback; may be null.
     pub context: *mut c_void,
-    /// Opens the star path, the Earth path or both and shuts the other; returns when they stand so. Called
-    /// in every cycle before the exposure. Answers `OK`, `STUCK`, `TIMEOUT` or `BUS`. Null: none on board.
-    pub open: Option<unsafe extern "C" fn(context: *mut c_void, star_path: bool, earth_path: bool) -> u32>,
+    /// Opens the star path, the Earth path or both and shuts the other; `clear`: the Earth path's filter is to
+    /// be out of the way, else in it. Returns when they stand so. Called in every cycle before the exposure.
+    /// Answers `OK`, `STUCK`, `TIMEOUT` or `BUS`. Null: none on board.
+    pub open: Option<
+        unsafe extern "C" fn(context: *mut c_void, star_path: bool, earth_path: bool, clear: bool) -> u32,
+    >,
 }
 
 /// Receives the marks between which the stages of a cycle are measured; stage 0 scan, 1 identify, 2
@@ -389,7 +393,7 @@ impl fsw_hal::Shutter for CShutter {
     fn open(&mut self, paths: OpenPaths) -> Result<(), ShutterError> {
         let Some(open) = self.0.open else { return Ok(()) };
         // SAFETY: `lend` was told that the callbacks are what their types say.
-        shutter_reply(unsafe { open(self.0.context, paths.star(), paths.earth()) })
+        shutter_reply(unsafe { open(self.0.context, paths.star(), paths != OpenPaths::Star, paths.clear()) })
     }
 }
 

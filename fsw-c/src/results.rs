@@ -320,4 +320,8 @@ pub struct CycleResult {
     pub star_path_shut: bool,
     /// Whether the Earth path was to be shut.
     pub earth_path_shut: bool,
+    /// Whether the Earth path's filter was to be out of the way.
+    pub earth_path_clear: bool,
+    /// How many stars fixed the attitude of the Earth path; 0: none did, or it was not looked for.
+    pub earth_path_stars: u8,
 }

@@ -139,9 +139,11 @@ fn every_reply_is_an_error_of_its_instrument_and_any_other_number_a_failed_link(
     }
     answer(Reply::NoReading as u32);
     assert_eq!((gyro.angular_rate(), magnetometer.magnetic_field()), (Ok(None), Ok(None)));
-    assert_eq!(answer(Reply::Ok as u32), Some([true, false]));
+    assert_eq!(answer(Reply::Ok as u32), Some([true, false, false]));
     assert_eq!(shutter.open(OpenPaths::Earth), Ok(()));
-    assert_eq!(answer(Reply::Ok as u32), Some([false, true]));
+    assert_eq!(answer(Reply::Ok as u32), Some([false, true, false]));
+    assert_eq!(shutter.open(OpenPaths::BothClear), Ok(()));
+    assert_eq!(answer(Reply::Ok as u32), Some([true, true, true]));
     let instant = LocalTime::from_us(50_000);
     assert_eq!(gyro.angular_rate(), Ok(Some(AngularRate { instant, rad_s: [1.0, 2.0, 3.0] })));
     // What does not fit is refused before the callback could write beyond the pixels.

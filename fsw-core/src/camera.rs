@@ -178,6 +178,12 @@ impl Camera {
         &self.parameters
     }
 
+    /// The camera as the Earth path has it, which no mirror turns over: what is said of a star path holds for
+    /// the Earth path then.
+    pub fn of_earth_path(&self) -> Self {
+        Self { parameters: CameraParameters { mirrored: false, ..self.parameters }, ..*self }
+    }
+
     /// Radians that a pixel spans at the optical centre.
     pub fn rad_per_px(&self) -> f32 {
         self.per_focal_length

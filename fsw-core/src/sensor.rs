@@ -38,6 +38,7 @@ mod forecasting;
 mod freshness;
 mod magnetism;
 mod motion;
+mod mounting;
 mod orbit;
 mod outage;
 mod propagation;
@@ -399,6 +400,12 @@ impl<'c> Sensor<'c> {
         self.propagate_in_outage(mode);
         if let Some((attitude, ephemeris)) = record.stars.own_attitude().zip(ephemeris) {
             self.learn_zero(&attitude, record);
+            if record.open.clear() {
+                match self.measure_mounting(detector, meter, ephemeris, &attitude) {
+                    Ok(stars) => record.earth_path_stars = stars,
+                    Err(error) => record.detector_fault = Some(error.into()),
+                }
+            }
             match self.measure_earth(detector, meter, ephemeris, &attitude, &mut record.events) {
                 Ok((looked, fix)) => {
                     record.earth = looked;
@@ -455,7 +462,7 @@ impl<'c> Sensor<'c> {
         record.orbit = self.orbit_report(record.fix.nis, &mut record.events);
         record.local = self.local_attitude(record.stars.solution.as_ref());
         meter.begin(Stage::Orbit);
-        record.next_state = self.look_ahead(record.mode, record.local.as_ref());
+        record.next_state = self.look_ahead(record);
         meter.end(Stage::Orbit);
         self.change_mode(record);
         self.cycle = self.cycle.wrapping_add(1);

@@ -1,4 +1,4 @@
-//! Which path is shut against the Sun (thesis §9.2).
+//! Which path is shut against the Sun, and when the Earth path's filter is out of the way (thesis §9.2).
 //!
 //! In: once a second whether the Sun blinds the image, and which paths it leaves free by attitude and time,
 //! where these are known. Out: the paths to be open in the next second.
@@ -7,12 +7,15 @@
 //! |---|---|---|
 //! | clear, its attitude known | in a path, or within the margin of its field | that path is shut |
 //! | clear, its attitude known | in neither, or in both | both open |
+//! | clear, its attitude known | in neither, and no light of the Earth in the Earth path | both open, the filter out |
 //! | clear, the attitude carried on | in neither | both open |
 //! | clear, else | - | as it is; a path that is shut is opened for a look every `look_s` |
 //! | blinded | - | the path that the Sun is in is shut, else the Earth path; if that does not help the other one; if neither does both are open for `look_s` |
 //!
-//! An image that was blinded with both paths open contradicts a Sun that is in neither: then only a look opens
-//! them. Where a path has no shutter both are open instead. A command holds them until another one.
+//! With the filter out, an image that is blinded or whose attitude is not known puts it back; a blinded one
+//! until the Earth has been lit by attitude and time. An image that was blinded with both paths open
+//! contradicts a Sun that is in neither: then only a look opens them. Where a path has no shutter both are
+//! open instead. A command holds them until another one.
 
 use fsw_ground::table::parameter_group;
 use fsw_hal::{LocalTime, OpenPaths};
@@ -21,6 +24,8 @@ use serde::{Deserialize, Serialize};
 /// Which paths have a shutter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Shutters {
+    /// Neither: the filter is all that moves.
+    Neither,
     /// The star path.
     Star,
     /// The Earth path.
@@ -33,18 +38,30 @@ impl Shutters {
     /// Whether these paths can be open and no other.
     pub fn allow(self, paths: OpenPaths) -> bool {
         match self {
-            Self::Star => paths.earth(),
-            Self::Earth => paths.star(),
+            Self::Neither => !matches!(paths, OpenPaths::Star | OpenPaths::Earth),
+            Self::Star => paths != OpenPaths::Star,
+            Self::Earth => paths != OpenPaths::Earth,
             Self::Both => true,
         }
     }
 }
 
+/// The grey filter of the Earth path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum EarthFilter {
+    /// It stays in the path.
+    Fixed,
+    /// It can be put out of the way.
+    Adaptive,
+}
+
 parameter_group! {
-    /// The shutters of the two paths; there are none unless it is set.
+    /// The shutters of the two paths and the Earth path's filter; nothing of them moves unless it is set.
     pub struct ShutterParameters in "shutter" {
         /// Which paths have a shutter.
-        paths: Shutters = Shutters::Both, one of "Star, Earth, Both", "", "thesis 9.2";
+        paths: Shutters = Shutters::Both, one of "Neither, Star, Earth, Both", "", "thesis 9.2";
+        /// Whether the Earth path's filter can be put out of the way.
+        filter: EarthFilter = EarthFilter::Fixed, one of "Fixed, Adaptive", "", "thesis tab. 9.1";
         /// So near to the field of a path the Sun's disc may come before it is shut.
         margin_rad: f32 = 0.0087, 0.0..=0.5, "rad",
             "half a degree: a low satellite turns by 0.13 deg in the two seconds to the end of the next exposure";
@@ -53,13 +70,28 @@ parameter_group! {
     }
 }
 
+impl ShutterParameters {
+    /// Whether these paths can be open and no other.
+    pub fn allow(&self, paths: OpenPaths) -> bool {
+        self.paths.allow(paths) && (self.filter == EarthFilter::Adaptive || !paths.clear())
+    }
+}
+
 /// Where the Sun is by attitude and time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SunPlace {
-    /// The paths that it leaves free; both where it is in both, as shutting one of them does not help.
+    /// The paths that it leaves free; both where it is in both, as shutting one of them does not help. Both
+    /// clear where no light of it comes by the Earth either.
     pub free: OpenPaths,
     /// Whether the attitude is that of this second's image, and not one that is carried on.
     pub measured: bool,
+}
+
+impl SunPlace {
+    /// Whether it is in neither path, or in both.
+    fn is_in_neither(self) -> bool {
+        matches!(self.free, OpenPaths::Both | OpenPaths::BothClear)
+    }
 }
 
 /// The shutters as they are asked for.
@@ -73,6 +105,8 @@ pub struct Shutting {
     /// An image with both paths open was blinded though the Sun was in neither by attitude and time, or these
     /// were not known; and none was clear with both open since.
     contradicted: bool,
+    /// An image without the filter was blinded, and since then the Earth has been as dark as that.
+    dazzled: bool,
     /// What the spacecraft wants, whatever the Sun does.
     held: Option<OpenPaths>,
 }
@@ -102,10 +136,19 @@ impl Shutting {
         let look_us = i64::from(parameters.look_s) * 1_000_000;
         let waited = self.moved.is_none_or(|moved| now.us_since(moved) >= look_us);
         if self.open == OpenPaths::Both {
-            self.contradicted = blinded && sun.is_none_or(|sun| sun.free == OpenPaths::Both);
+            self.contradicted = blinded && sun.is_none_or(SunPlace::is_in_neither);
         }
-        let wanted = if blinded { self.search(waited, sun) } else { self.keep(waited, sun) };
-        let wanted = if parameters.paths.allow(wanted) { wanted } else { OpenPaths::Both };
+        if self.open.clear() && blinded {
+            self.dazzled = true;
+        } else if sun.is_some_and(|sun| sun.measured && !sun.free.clear()) {
+            self.dazzled = false;
+        }
+        let wanted = match (blinded, self.open) {
+            (true, OpenPaths::BothClear) => OpenPaths::Both,
+            (true, _) => self.search(waited, sun),
+            (false, _) => self.keep(waited, sun),
+        };
+        let wanted = if parameters.allow(wanted) { wanted } else { OpenPaths::Both };
         if wanted != self.open {
             (self.open, self.moved) = (wanted, Some(now));
         }
@@ -133,14 +176,15 @@ impl Shutting {
         self.tried = 0;
         let believed = sun.filter(|sun| match sun.free {
             OpenPaths::Both => !self.contradicted,
-            _ => sun.measured,
+            OpenPaths::BothClear => sun.measured && !self.contradicted && !self.dazzled,
+            OpenPaths::Star | OpenPaths::Earth => sun.measured,
         });
         match believed {
             Some(sun) => {
                 self.contradicted = false;
                 sun.free
             }
-            None if waited => OpenPaths::Both,
+            None if waited || self.open.clear() => OpenPaths::Both,
             None => self.open,
         }
     }

@@ -21,7 +21,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 14;
+pub const VERSION: u8 = 15;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -361,6 +361,10 @@ pub struct Report {
     pub star_path_shut: bool,
     /// Whether the Earth path was to be shut.
     pub earth_path_shut: bool,
+    /// Whether the Earth path's filter was to be out of the way.
+    pub earth_path_clear: bool,
+    /// How many stars fixed the attitude of the Earth path, 0: none did; `None` where it was not looked for.
+    pub earth_path_stars: Option<u8>,
     /// The attitude, where there is one: of one image alone.
     pub attitude: Option<AttitudeReport>,
     /// The same filtered, in a second whose image was taken into the filter.

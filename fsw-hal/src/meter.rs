@@ -17,7 +17,8 @@ pub enum Stage {
     Windows = 3,
     /// Matching and attitude.
     Confirm = 4,
-    /// Predicted limb, reading strips across it, and the limb points in them.
+    /// Predicted limb, reading strips across it, and the limb points in them; of an Earth path without its
+    /// filter the stars, predicted, read and matched.
     Limb = 5,
     /// The Earth's centre from limb points.
     Centre = 6,

@@ -1,7 +1,8 @@
-//! Shutters in front of the two paths.
+//! Shutters in front of the two paths, and the filter of the Earth path.
 //!
 //! Both paths look at one detector: a Sun in either blinds both (thesis tab. 8.1, states 1, 3 and 4). Where
-//! that path can be shut the other one goes on (thesis §9.2).
+//! that path can be shut the other one goes on (thesis §9.2). The Earth path has a grey filter. Where it can
+//! be cleared, that path shows stars as well, as long as no lit Earth is in it (thesis tab. 9.1).
 
 use crate::error::{self, Error, ErrorType};
 
@@ -15,6 +16,8 @@ pub enum OpenPaths {
     Star,
     /// The Earth path alone.
     Earth,
+    /// Both, the Earth path without its filter: two fields of stars.
+    BothClear,
 }
 
 impl OpenPaths {
@@ -23,9 +26,14 @@ impl OpenPaths {
         !matches!(self, Self::Earth)
     }
 
-    /// Whether the Earth path can be seen through.
+    /// Whether the lit Earth can be seen: the Earth path is open, its filter in it.
     pub const fn earth(self) -> bool {
-        !matches!(self, Self::Star)
+        matches!(self, Self::Both | Self::Earth)
+    }
+
+    /// Whether the Earth path is open without its filter.
+    pub const fn clear(self) -> bool {
+        matches!(self, Self::BothClear)
     }
 }
 
@@ -43,10 +51,11 @@ pub enum ErrorKind {
 
 impl error::ErrorKind for ErrorKind {}
 
-/// The shutters of both paths.
+/// The shutters of both paths, and the filter of the Earth path.
 pub trait Shutter: ErrorType<Error: Error<ErrorKind>> {
-    /// Opens these paths and shuts the other one. Called in every second before the exposure, also where
-    /// nothing is to be moved; returns when they stand so.
+    /// Opens these paths and shuts the other one; the filter is out of the way for [`OpenPaths::BothClear`]
+    /// alone. Called in every second before the exposure, also where nothing is to be moved; returns when they
+    /// stand so.
     ///
     /// # Errors
     /// [`ErrorKind::Stuck`], [`ErrorKind::Timeout`] or [`ErrorKind::Bus`]; then nothing is known of where

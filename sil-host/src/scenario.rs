@@ -20,7 +20,7 @@
 //! | `[sky]` | planets, Moon, Sun's light, other satellites |
 //! | `[earth]` | how the Earth is drawn |
 //! | `[orbit_filter]` | what the orbit filter takes of an image, and a state from the ground |
-//! | `[shutters]` | `paths` that have one: "star", "earth" or "both" (none: all are open); `open`: held so by command |
+//! | `[shutters]` | `paths` that have one: "neither", "star", "earth" or "both" (none: all are open); `filter`: "adaptive" where the Earth path's can be put out of the way; `open`: held so by command |
 //! | `[gyro]`, `[magnetometer]` | the errors of these sensors; none: not on board |
 //! | `[believed]` | how what the flight code is told differs from all that, see `scenario/believed.rs` |
 //! | `[[faults]]` | what breaks, and when |
@@ -73,7 +73,7 @@ use fsw_core::image::calibration::Calibration;
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::parameters::{Misalignment, OrbitParameters};
 use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters, TrackingParameters};
-use fsw_core::shutting::{ShutterParameters, Shutters};
+use fsw_core::shutting::ShutterParameters;
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_hal::OpenPaths;
 use orbit_filter::OrbitFilterModel;
@@ -85,7 +85,7 @@ use text::Text;
 use toml::Spanned;
 
 /// The scenarios that come with the program, the default first: name and text.
-pub const EMBEDDED: [(&str, &str); 16] = [
+pub const EMBEDDED: [(&str, &str); 17] = [
     ("geo-eclipse", include_str!("scenarios/geo-eclipse.toml")),
     ("geo-day", include_str!("scenarios/geo-day.toml")),
     ("sso-noon-midnight", include_str!("scenarios/sso-noon-midnight.toml")),
@@ -99,6 +99,7 @@ pub const EMBEDDED: [(&str, &str); 16] = [
     ("tumbling", include_str!("scenarios/tumbling.toml")),
     ("bad-day", include_str!("scenarios/bad-day.toml")),
     ("geo-shutters", include_str!("scenarios/geo-shutters.toml")),
+    ("geo-two-fields", include_str!("scenarios/geo-two-fields.toml")),
     ("moon-orbit", include_str!("scenarios/moon-orbit.toml")),
     ("mars-orbit", include_str!("scenarios/mars-orbit.toml")),
     ("inertial-outage", include_str!("scenarios/inertial-outage.toml")),
@@ -167,8 +168,8 @@ pub struct Scenario {
     pub faults: Vec<Fault>,
     /// What the orbit filter is told.
     pub orbit_filter: OrbitFilterModel,
-    /// The paths with a shutter, where there is one.
-    pub shutters: Option<Shutters>,
+    /// Shutters and an adaptive filter, where there are any.
+    pub shutters: Option<ShutterParameters>,
     /// The paths that a command holds open from the first second on; `None`: they are shut against the Sun.
     pub held_open: Option<OpenPaths>,
     /// The errors of the gyro, where there is one.
@@ -291,8 +292,10 @@ impl Scenario {
         let exposure = head.exposure_ms.as_ref();
         let exposure_ms = text.number("scenario.exposure_ms", exposure, EXPOSURE_DEFAULT_MS, EXPOSURE_MS)?;
         let duration_s = text.whole("scenario.duration_s", Some(&head.duration_s), 0, DURATION_S)? as u32;
-        let detector = detector::read(&text, &raw.detector)?;
+        let detector = detector::read(&text, &raw.detector)?.gathering(optics::light(&text, &raw.optics)?);
         let about = body::read(&text, &raw.body)?;
+        let earth = earth::read(&text, &raw.earth, about)?;
+        let mirror = optics::mirror(&text, &raw.optics)?;
         let field = raw.magnetometer.as_ref().map(|table| table.span().start);
         body::of_the_earth_alone(&text, about, &[("magnetometer", field)])?;
         let forces = forces::read(&text, &raw.forces, about, start_us, duration_s)?;
@@ -316,10 +319,10 @@ impl Scenario {
             mount: mount::read(&text, &raw.mount)?,
             camera: camera(&text, &raw)?,
             imaging: optics::read(&text, &raw.optics)?,
-            detector: detector.gathering(optics::light(&text, &raw.optics)?),
+            detector: mirror.map_or(detector, |share| DetectorModel { throughput: 1.0 - share, ..detector }),
             disturbances: detector::disturbances(&text, &raw.disturbances)?,
             bodies: sky::read(&text, &raw.sky, about)?,
-            earth: earth::read(&text, &raw.earth, about)?,
+            earth: mirror.map_or(earth, |share| earth.behind(share)),
             orbit_filter: orbit_filter::read(&text, &raw.orbit_filter)?,
             shutters: raw.shutters.as_ref().map(instruments::shutters),
             held_open: raw.shutters.as_ref().and_then(instruments::held_open),
@@ -380,7 +383,7 @@ impl Scenario {
             orbit,
             rate_sensor,
             magnetometer: self.magnetometer.as_ref().map(MagnetometerModel::flight_errors),
-            shutter: self.shutters.map(|paths| ShutterParameters { paths, ..ShutterParameters::default() }),
+            shutter: self.shutters,
             imaging: ImagingParameters {
                 exposure_us: self.exposure_us,
                 row_time_ns: libm::round(1e9 * row_time_s) as u32,

@@ -208,6 +208,8 @@ impl From<&Report> for CycleResult {
             exposure_us: report.exposure_us.unwrap_or(0),
             star_path_shut: report.star_path_shut,
             earth_path_shut: report.earth_path_shut,
+            earth_path_clear: report.earth_path_clear,
+            earth_path_stars: report.earth_path_stars.unwrap_or(0),
         }
     }
 }

@@ -27,9 +27,9 @@ pub struct World {
     pub clock: u32,
     pub rate: u32,
     pub marks: [u32; 2],
-    /// What the shutters answer, and which of star path and Earth path were told to be open last.
+    /// What the shutters answer, and whether star path and Earth path were told to be open last, and the latter clear.
     pub shutter: u32,
-    pub open: Option<[bool; 2]>,
+    pub open: Option<[bool; 3]>,
     /// A sensor to be called from within a callback with this parameter table, and what came of it.
     pub nested: *mut SensorMemory,
     pub table: Vec<u8>,
@@ -152,10 +152,10 @@ unsafe extern "C" fn magnetic_field(context: *mut c_void, reading: *mut Magnetic
     }
 }
 
-unsafe extern "C" fn open(context: *mut c_void, star_path: bool, earth_path: bool) -> u32 {
+unsafe extern "C" fn open(context: *mut c_void, star_path: bool, earth_path: bool, clear: bool) -> u32 {
     // SAFETY: as in `start_exposure`.
     let world = unsafe { world(context) };
-    world.open = Some([star_path, earth_path]);
+    world.open = Some([star_path, earth_path, clear]);
     world.shutter
 }
 

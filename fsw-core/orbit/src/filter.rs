@@ -206,6 +206,20 @@ impl OrbitFilter {
         }
     }
 
+    /// Takes in how the Earth path was seen to be turned against where [`Self::misalignment_rad`] has it, a
+    /// rotation vector in the Earth path, rad, with its covariance, rad²: by stars, which say nothing of the
+    /// place. It moves the place by what both have in common.
+    pub fn observe_mounting(
+        &mut self,
+        turn_rad: &Vector3<f32>,
+        covariance_rad2: &Matrix3<f32>,
+        parameters: &OrbitParameters,
+    ) {
+        if let Some(estimate) = self.estimate_mut() {
+            estimate.update_by_mounting(turn_rad, covariance_rad2, parameters);
+        }
+    }
+
     /// Propagates to `time_us` and updates with a fix of that time; before the orbit is known it goes to the
     /// beginning, whose trial is made at once. For where a call may take long.
     pub fn update(

@@ -150,7 +150,7 @@ pub const ROWS: &[Row] = &[
     Row {
         number: (SENSOR, 7),
         name: "shutter",
-        fields: &[field("paths", "u8", "0 by the Sun, 1 both, 2 star, 3 Earth")],
+        fields: &[field("paths", "u8", "0 by the Sun, 1 both, 2 star, 3 Earth, 4 both without the filter")],
         about: "hold these paths open, whatever the Sun does, until another such command or `restart`",
         refusals: &[Refusal::Shutter, Refusal::ParametersLost],
     },
@@ -195,8 +195,8 @@ pub const ROWS: &[Row] = &[
 ];
 
 /// The paths to be held open, by their codes; `None`: by the Sun.
-const PATHS: [Option<OpenPaths>; 4] =
-    [None, Some(OpenPaths::Both), Some(OpenPaths::Star), Some(OpenPaths::Earth)];
+const PATHS: [Option<OpenPaths>; 5] =
+    [None, Some(OpenPaths::Both), Some(OpenPaths::Star), Some(OpenPaths::Earth), Some(OpenPaths::BothClear)];
 
 /// The code of paths to be held open.
 pub(super) fn paths_code(paths: Option<OpenPaths>) -> u8 {

@@ -242,7 +242,7 @@ fn what_is_no_telecommand_of_ours_is_refused_and_says_why() {
         (changed(6, 0x1F), Refusal::Header),
         (changed(7, 127), Refusal::Unknown),
         (changed(8, 8), Refusal::Unknown),
-        (raw_packet((SENSOR, 7), 7, &[VERSION, 4]), Refusal::Shutter),
+        (raw_packet((SENSOR, 7), 7, &[VERSION, 5]), Refusal::Shutter),
         (raw_packet((TABLE, 1), 7, &[VERSION, 4, 0, 0, 0, 0, 1]), Refusal::Area),
         (changed(11, 1), Refusal::Version),
         (raw_packet((SENSOR, 3), 7, &[]), Refusal::Fields),

@@ -430,7 +430,7 @@ impl EarthMask<'_> {
     }
 
     /// Whether a direction meets the Earth, or passes its limb within the margin.
-    fn covers(&self, direction: &Direction<EarthPath>) -> bool {
+    pub fn covers(&self, direction: &Direction<EarthPath>) -> bool {
         let PastLimb { along, past, facing, length } = self.view.past_limb(direction);
         past < 0.0 && along > 0.0 || (facing > 0.0 && past < self.margin_sine * length)
     }

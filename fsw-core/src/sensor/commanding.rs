@@ -128,7 +128,7 @@ impl Sensor<'_> {
     }
 
     fn hold_shutters(&mut self, paths: Option<OpenPaths>) -> Result<(), Refusal> {
-        let fitted = self.parameters.shutter.ok_or(Refusal::Shutter)?.paths;
+        let fitted = self.parameters.shutter.ok_or(Refusal::Shutter)?;
         if paths.is_some_and(|paths| !fitted.allow(paths)) {
             return Err(Refusal::Shutter);
         }

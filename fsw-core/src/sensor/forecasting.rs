@@ -10,6 +10,7 @@
 //! What is foreseen is a notice: nothing on board rests on it, and it is no part of what is sealed.
 
 use super::Sensor;
+use super::record::Record;
 use crate::frames::{EarthPath, Icrs, Lvlh, Rotation, StarPath};
 use crate::modes::Mode;
 use crate::orbit::OrbitState;
@@ -18,7 +19,7 @@ use crate::orbit::constants::MICROSECONDS;
 use crate::orbit::forces::Forces;
 use crate::orbit::motion::Timing;
 use crate::outages::{Change, Forecast, Outlook, PointingLaw, local_axes};
-use crate::telemetry::{LocalAttitude, NextState};
+use crate::telemetry::NextState;
 use crate::trigonometry::hypotenuse;
 use fsw_ground::matrix::{cross, dot};
 
@@ -115,9 +116,9 @@ impl Forecasting {
 impl Sensor<'_> {
     /// Goes on with the look ahead, and gives what is foreseen; nothing without orbit and attitude.
     #[inline(never)]
-    pub(super) fn look_ahead(&mut self, mode: Mode, local: Option<&LocalAttitude>) -> Option<NextState> {
+    pub(super) fn look_ahead(&mut self, record: &Record) -> Option<NextState> {
         let orbit = *self.orbit.state()?;
-        let to_star_path = Rotation::<Lvlh, StarPath>::from_quaternion(local?.quaternion)?;
+        let to_star_path = Rotation::<Lvlh, StarPath>::from_quaternion(record.local.as_ref()?.quaternion)?;
         let local = to_star_path.then(&self.mounting());
         let path = local_axes(&orbit)?.then(&local);
         let body = self.parameters.orbit.body;
@@ -125,7 +126,8 @@ impl Sensor<'_> {
         let held = |basis: &Basis| off_rad(basis) < HELD_RAD;
         self.forecasting.under_way = self.forecasting.under_way.filter(|(basis, _)| held(basis));
         self.forecasting.foreseen = self.forecasting.foreseen.filter(|foreseen| held(&foreseen.basis));
-        if matches!(mode, Mode::Tracking | Mode::Eclipse | Mode::SunOutage) && !self.orbit.is_busy() {
+        let busy = self.orbit.is_busy() || record.earth_path_stars.is_some();
+        if matches!(record.mode, Mode::Tracking | Mode::Eclipse | Mode::SunOutage) && !busy {
             self.go_on_ahead(&orbit, &local, off_rad);
         }
         let Foreseen { basis, changes: [first, second] } = self.forecasting.best(orbit.time_us)?;

@@ -7,7 +7,7 @@ use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
 use crate::modes::Mode;
 use crate::outages::fields_met;
-use crate::shutting::SunPlace;
+use crate::shutting::{EarthFilter, SunPlace};
 use fsw_hal::{LocalTime, OpenPaths};
 
 /// Angular radius of the Sun, rad: 0.267 deg.
@@ -47,6 +47,20 @@ impl Sensor<'_> {
         Some(fields_met(&self.camera, (&in_star_path, &in_earth_path), radius_rad, hidden))
     }
 
+    /// Whether no light of the Earth can come into the Earth path at `instant`: the Sun is deeper below its limb
+    /// than twilight reaches. Where the whole Sun is hidden no ground in sight is lit: the plane that touches
+    /// lit ground has Sun and satellite on its upper side, and nothing of the Earth between them.
+    #[inline(never)]
+    fn earth_gives_no_light(&self, ephemeris: &Ephemeris, instant: LocalTime) -> bool {
+        let Some((attitude, _)) = self.motion.as_ref().and_then(|motion| motion.at(instant)) else {
+            return false;
+        };
+        let Some(view) = self.known_view(ephemeris, &attitude) else { return false };
+        let sun = self.mounting().apply(&attitude.apply(&ephemeris.sun));
+        let twilight_rad = self.parameters.earth.light.twilight_deg.to_radians();
+        view.hides_disc(&sun, SUN_RADIUS_RAD + twilight_rad)
+    }
+
     /// Decides which paths are open in the next second; nothing is new of a second without an image.
     #[inline(never)]
     pub(super) fn shut_against_sun(
@@ -64,10 +78,14 @@ impl Sensor<'_> {
         let next = self.now.plus_us(SECOND_US);
         let places =
             ephemeris.and_then(|ephemeris| self.sun_in_paths(ephemeris, next, parameters.margin_rad));
+        let is_adaptive = parameters.filter == EarthFilter::Adaptive;
+        let dark =
+            is_adaptive && ephemeris.is_some_and(|ephemeris| self.earth_gives_no_light(ephemeris, next));
         let sun = places.map(|place| SunPlace {
             free: match place {
                 (true, false) => OpenPaths::Earth,
                 (false, true) => OpenPaths::Star,
+                (false, false) if dark => OpenPaths::BothClear,
                 (false, false) | (true, true) => OpenPaths::Both,
             },
             measured: stars.own_attitude().is_some(),

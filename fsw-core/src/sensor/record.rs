@@ -184,6 +184,8 @@ pub(super) struct Record {
     pub(super) shutter_fault: Option<ShutterFault>,
     /// The paths that were to be open.
     pub(super) open: OpenPaths,
+    /// How many stars fixed the attitude of the Earth path; `None` where they were not looked for.
+    pub(super) earth_path_stars: Option<u8>,
     pub(super) stars: StarRecord,
     pub(super) earth: EarthRecord,
     pub(super) fix: FixRecord,
@@ -211,6 +213,7 @@ impl Record {
             magnetometer_fault: None,
             shutter_fault: None,
             open: OpenPaths::Both,
+            earth_path_stars: None,
             stars: StarRecord::default(),
             earth: EarthRecord::default(),
             fix: FixRecord::default(),
@@ -270,7 +273,9 @@ impl Record {
                 crowded: stars.crowded,
             },
             star_path_shut: !self.open.star(),
-            earth_path_shut: !self.open.earth(),
+            earth_path_shut: self.open == OpenPaths::Star,
+            earth_path_clear: self.open.clear(),
+            earth_path_stars: self.earth_path_stars,
             attitude: solution.map(|solution| solution.attitude),
             filtered: solution.and_then(|solution| solution.filtered),
             rate_rad_s: solution.and_then(|solution| solution.rate_rad_s),

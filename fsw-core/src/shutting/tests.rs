@@ -1,5 +1,5 @@
 use super::*;
-use OpenPaths::{Both, Earth, Star};
+use OpenPaths::{Both, BothClear, Earth, Star};
 use std::vec::Vec;
 
 fn second(s: i64) -> LocalTime {
@@ -14,8 +14,9 @@ fn carried(free: OpenPaths) -> Option<SunPlace> {
     Some(SunPlace { free, measured: false })
 }
 
-/// A world with the Sun in one path (`free`: what it leaves free) or in none from second to second: what the
-/// shutters are in each, and how many seconds are blinded.
+/// A world with the Sun in one path (`free`: what it leaves free) or in none from second to second, where the
+/// Earth blinds without its filter unless it is dark (both clear): what the shutters are in each, and how many
+/// seconds are blinded.
 fn fly(
     parameters: &ShutterParameters,
     free: impl Fn(i64) -> OpenPaths,
@@ -28,8 +29,9 @@ fn fly(
         let open = shutting.open();
         flown.push(open);
         let blinded = match free(s) {
-            Both => false,
-            Star => open.earth(),
+            Both => open.clear(),
+            BothClear => false,
+            Star => open != Star,
             Earth => open.star(),
         };
         blinded_s += usize::from(blinded);
@@ -68,7 +70,7 @@ fn without_an_attitude_the_path_is_found_by_trying() {
 #[test]
 fn a_sun_in_both_paths_or_a_light_that_no_shutter_stops_leaves_them_open() {
     let mut shutting = Shutting::default();
-    let mut open = [0; 3];
+    let mut open = [0; 4];
     for s in 0..600 {
         shutting.next(second(s), true, None, &ShutterParameters::default());
         open[shutting.open() as usize] += 1;
@@ -101,6 +103,46 @@ fn a_path_without_a_shutter_stays_open() {
         assert_eq!(blinded, 100);
     }
     assert!(only(Shutters::Star).paths.allow(Earth) && !only(Shutters::Star).paths.allow(Star));
+}
+
+#[test]
+fn the_filter_is_out_while_the_earth_is_dark_and_no_longer() {
+    let adaptive = |paths| ShutterParameters { paths, filter: EarthFilter::Adaptive, ..Default::default() };
+    let free = |s: i64| match s {
+        100..200 => BothClear,
+        300..400 => Star,
+        _ => Both,
+    };
+    for paths in [Shutters::Neither, Shutters::Both] {
+        let told = |s: i64, open: OpenPaths| Some(SunPlace { free: free(s + 1), measured: open.star() });
+        let (flown, blinded) = fly(&adaptive(paths), free, told, 500);
+        let clear: Vec<_> = (0..500).filter(|s| flown[*s as usize] == BothClear).collect();
+        assert_eq!(clear, (100..200).collect::<Vec<_>>());
+        // The Sun in the Earth path is an outage where that has no shutter.
+        assert_eq!(blinded, if paths == Shutters::Neither { 100 } else { 0 });
+    }
+    // No parameter says that it moves.
+    let told = |_: i64, _: OpenPaths| measured(BothClear);
+    let (flown, _) = fly(&ShutterParameters::default(), |_| BothClear, told, 100);
+    assert!(flown.iter().all(|open| *open == Both));
+}
+
+#[test]
+fn an_image_that_is_blinded_or_gives_no_attitude_puts_the_filter_back() {
+    let parameters = ShutterParameters { filter: EarthFilter::Adaptive, ..Default::default() };
+    // A wrong orbit says that the Earth is dark, and it is lit: one blinded second, and none again as long as
+    // the prediction is contradicted.
+    let (flown, blinded) = fly(&parameters, |_| Both, |_, _| measured(BothClear), 25);
+    assert_eq!((flown[1], flown[2], blinded), (BothClear, Both, 1));
+    let mut shutting = Shutting::default();
+    for (told, open) in
+        [(measured(BothClear), BothClear), (carried(Both), Both), (measured(BothClear), BothClear)]
+    {
+        shutting.next(second(0), false, told, &parameters);
+        assert_eq!(shutting.open(), open);
+    }
+    shutting.next(second(1), false, None, &parameters);
+    assert_eq!(shutting.open(), Both);
 }
 
 #[test]

@@ -253,17 +253,18 @@ prop_compose! {
         focal_ratio in prop::option::of(real()),
         stars in prop::collection::vec(star(), 0..=MAX_STARS),
         command in command(),
-        (shut, exposure_us) in any::<([bool; 2], Option<u32>)>(),
+        (shut, earth_path_stars, exposure_us) in any::<([bool; 3], Option<u8>, Option<u32>)>(),
     ) -> Report {
         let stars = Vec::from_slice(&stars).unwrap();
         let filtered = filtered
             .map(|AttitudeReport { quaternion, sigma_rad, .. }| FilteredAttitude { quaternion, sigma_rad });
-        let ((rate_rad_s, rate), [star_path_shut, earth_path_shut]) = (rates, shut);
+        let ((rate_rad_s, rate), [star_path_shut, earth_path_shut, earth_path_clear]) =
+            (rates, shut);
         let ((local_us, instant_us, clock), earth_status, earth, limb_px, (orbit, ahead), events) = whereabouts;
         let (local, next_state, magnetometer) = ahead;
         Report {
             cycle, local_us, instant_us, clock, mode, activity, exposure_us, outcome, faults,
-            star_path_shut, earth_path_shut, attitude, filtered,
+            star_path_shut, earth_path_shut, earth_path_clear, earth_path_stars, attitude, filtered,
             rate_rad_s, detections, focal_ratio, stars,
             earth_status, earth, limb_px, orbit, local, events, rate, command, next_state,
             magnetometer,
@@ -328,6 +329,8 @@ fn largest() -> Report {
         },
         star_path_shut: true,
         earth_path_shut: true,
+        earth_path_clear: true,
+        earth_path_stars: Some(u8::MAX),
         attitude: Some(attitude),
         filtered: Some(FilteredAttitude { quaternion: attitude.quaternion, sigma_rad: attitude.sigma_rad }),
         rate_rad_s: Some([f32::MAX; 3]),

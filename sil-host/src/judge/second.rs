@@ -9,7 +9,7 @@ use crate::world::scene::{SensorState, Truth};
 use crate::world::vector::{cross, minus};
 use fsw_core::command::CommandOutcome;
 use fsw_core::modes::Mode;
-use fsw_core::shutting::Shutters;
+use fsw_core::shutting::ShutterParameters;
 use fsw_core::telemetry::{NextState, OrbitReport, Outcome, RateReport, Report};
 use fsw_hal::OpenPaths;
 
@@ -172,7 +172,7 @@ impl Judged {
     }
 
     /// The same of an instrument with these shutters.
-    pub fn with_shutters(self, shutters: Option<Shutters>) -> Self {
+    pub fn with_shutters(self, shutters: Option<ShutterParameters>) -> Self {
         let fitted = shutters.is_some_and(|shutters| shutters.allow(OpenPaths::Star));
         Self { spared: fitted && self.state == SensorState::SunInEarthPath, ..self }
     }

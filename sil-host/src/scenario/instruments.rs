@@ -6,8 +6,9 @@
 //!
 //! | key | says (standard deviations where nothing else is said) | default |
 //! |---|---|---|
-//! | `shutters.paths` | the paths that have one: `"star"`, `"earth"` or `"both"` | - |
-//! | `shutters.open` | the paths that the first second's command holds open | none: by the Sun |
+//! | `shutters.paths` | the paths that have one: `"neither"`, `"star"`, `"earth"` or `"both"` | - |
+//! | `shutters.filter` | the Earth path's filter: `"fixed"`, or `"adaptive"`, which can be put out of the way | fixed |
+//! | `shutters.open` | the paths that the first second's command holds open: one, `"both"`, or `"both-clear"` without the filter | none: by the Sun |
 //! | `gyro.noise_deg_s` | white noise of a sample | 0.22 |
 //! | `gyro.bias_deg_s` | bias at the start | 0.5 |
 //! | `gyro.drift_deg_s_h` | walk of the bias, after an hour | 0.15 |
@@ -27,25 +28,46 @@ use super::text::Text;
 use crate::error::HostError;
 use crate::world::instruments::gyro::GyroModel;
 use crate::world::instruments::magnetometer::MagnetometerModel;
-use fsw_core::shutting::Shutters;
+use fsw_core::shutting::{EarthFilter, ShutterParameters, Shutters};
 use fsw_hal::OpenPaths;
 use serde::Deserialize;
 use toml::Spanned;
 
-/// Paths.
+/// Paths with a shutter.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum RawPaths {
+enum RawShuttered {
+    Neither,
     Star,
     Earth,
     Both,
 }
 
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum RawFilter {
+    #[default]
+    Fixed,
+    Adaptive,
+}
+
+/// Open paths.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum RawOpen {
+    Star,
+    Earth,
+    Both,
+    BothClear,
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawShutters {
-    paths: RawPaths,
-    open: Option<RawPaths>,
+    paths: RawShuttered,
+    #[serde(default)]
+    filter: RawFilter,
+    open: Option<RawOpen>,
 }
 
 #[derive(Deserialize)]
@@ -72,21 +94,28 @@ pub(super) struct RawMagnetometer {
     ring_current_ut: Option<Spanned<f64>>,
 }
 
-/// The paths with a shutter.
-pub(super) fn shutters(raw: &RawShutters) -> Shutters {
-    match raw.paths {
-        RawPaths::Star => Shutters::Star,
-        RawPaths::Earth => Shutters::Earth,
-        RawPaths::Both => Shutters::Both,
-    }
+/// The flight code's parameters of shutters and filter.
+pub(super) fn shutters(raw: &RawShutters) -> ShutterParameters {
+    let paths = match raw.paths {
+        RawShuttered::Neither => Shutters::Neither,
+        RawShuttered::Star => Shutters::Star,
+        RawShuttered::Earth => Shutters::Earth,
+        RawShuttered::Both => Shutters::Both,
+    };
+    let filter = match raw.filter {
+        RawFilter::Fixed => EarthFilter::Fixed,
+        RawFilter::Adaptive => EarthFilter::Adaptive,
+    };
+    ShutterParameters { paths, filter, ..ShutterParameters::default() }
 }
 
 /// The paths that a command holds open.
 pub(super) fn held_open(raw: &RawShutters) -> Option<OpenPaths> {
     raw.open.map(|paths| match paths {
-        RawPaths::Star => OpenPaths::Star,
-        RawPaths::Earth => OpenPaths::Earth,
-        RawPaths::Both => OpenPaths::Both,
+        RawOpen::Star => OpenPaths::Star,
+        RawOpen::Earth => OpenPaths::Earth,
+        RawOpen::Both => OpenPaths::Both,
+        RawOpen::BothClear => OpenPaths::BothClear,
     })
 }
 

@@ -12,6 +12,7 @@
 //! | `corner_loss` | 0.15 | share that the mounts take in the corner |
 //! | `shutter` | `"global"` | or `"rolling"` |
 //! | `row_time_us` | 50 | from a row to the next; only with `"rolling"` |
+//! | `mirror_transmission` | 0.09 | of the partial mirror towards the Earth path; the star path has the rest, and the grey filter is chosen so that the Earth is as bright |
 //! | `star_path_transmission` | 1 | of a filter or shutter in the star path: 0 is closed |
 //! | `earth_path_transmission` | 1 | the same in the Earth path, beside the grey filter |
 
@@ -41,6 +42,7 @@ pub(super) struct RawOptics {
     corner_loss: Option<Spanned<f64>>,
     shutter: Option<RawShutter>,
     row_time_us: Option<Spanned<f64>>,
+    mirror_transmission: Option<Spanned<f64>>,
     star_path_transmission: Option<Spanned<f64>>,
     earth_path_transmission: Option<Spanned<f64>>,
 }
@@ -72,6 +74,12 @@ fn aperture_mm(text: &Text<'_>, raw: &RawOptics) -> Result<f64, HostError> {
 pub(super) fn light(text: &Text<'_>, raw: &RawOptics) -> Result<f64, HostError> {
     let diameters = aperture_mm(text, raw)? / FLUX_APERTURE_MM;
     Ok(diameters * diameters)
+}
+
+/// Share that the partial mirror lets through, where it is another than that of the reference instrument.
+pub(super) fn mirror(text: &Text<'_>, raw: &RawOptics) -> Result<Option<f64>, HostError> {
+    let read = |value| text.number("optics.mirror_transmission", Some(value), 0.0, (0.01, 0.99));
+    raw.mirror_transmission.as_ref().map(read).transpose()
 }
 
 /// Reads the table.

@@ -183,6 +183,12 @@ impl EarthModel {
         }
     }
 
+    /// The same behind another partial mirror, with a grey filter by which the Earth is as bright.
+    pub fn behind(self, mirror_transmission: f64) -> Self {
+        let filter_transmission = self.filter_transmission * self.mirror_transmission / mirror_transmission;
+        Self { mirror_transmission, filter_transmission, ..self }
+    }
+
     /// Electrons a second that all the light entering the aperture would free, were none lost before the
     /// detector.
     pub fn aperture_e_s(&self) -> f64 {

@@ -235,13 +235,17 @@ impl Scene {
         self.open = paths;
     }
 
-    /// Share of the light that filters and shutters of star path and Earth path let through.
+    /// Share of the light that filters and shutters of star path and Earth path let through; that of the
+    /// Earth path over what its filter lets through.
     fn transmissions(&self) -> [f64; 2] {
         let imaging = &self.settings.imaging;
-        [
-            if self.open.star() { imaging.star_path_transmission } else { 0.0 },
-            if self.open.earth() { imaging.earth_path_transmission } else { 0.0 },
-        ]
+        let filter = || self.settings.motion.trajectory().map_or(1.0, |path| path.earth.filter_transmission);
+        let earth_path = match self.open {
+            OpenPaths::Star => 0.0,
+            OpenPaths::Both | OpenPaths::Earth => imaging.earth_path_transmission,
+            OpenPaths::BothClear => imaging.earth_path_transmission / filter(),
+        };
+        [if self.open.star() { imaging.star_path_transmission } else { 0.0 }, earth_path]
     }
 
     /// From now on the star path rests in this attitude, ICRS to sensor, and there is no Earth.
@@ -282,7 +286,10 @@ impl Scene {
         let open = self.open.star();
         let mut visible = Vec::new();
         if open {
-            visible = self.place_stars(cycle, time_s, truth.as_ref(), &mut light);
+            visible = self.place_stars(&self.star_path(), cycle, time_s, truth.as_ref(), &mut light);
+        }
+        if let Some(path) = self.clear_earth_path().filter(|_| self.open.clear()) {
+            self.place_stars(&path, cycle, time_s, truth.as_ref(), &mut light);
         }
         let PointLight { mut spots, streaks } = light;
         let (run, geometry) = ((*seed, cycle), self.settings.camera.geometry());

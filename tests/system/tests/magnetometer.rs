@@ -3,7 +3,7 @@
 
 use crate::flights::scenario;
 use fsw_core::sensor::Workspace;
-use fsw_core::shutting::Shutters;
+use fsw_core::shutting::ShutterParameters;
 use fsw_core::telemetry::{Event, ReadingFault, Report};
 use fsw_hal::OpenPaths;
 use sil_host::harness::faults::{Fault, FaultKind};
@@ -179,7 +179,7 @@ fn a_turn_that_nobody_measured_is_within_the_sigma_or_seen_by_the_field() {
 #[test]
 fn beside_the_earth_alone_it_gives_the_third_axis() {
     let flown = fly(120, |scenario| {
-        scenario.shutters = Some(Shutters::Both);
+        scenario.shutters = Some(ShutterParameters::default());
         scenario.held_open = Some(OpenPaths::Earth);
         let own_field = MagnetometerModel {
             hard_iron_ut: [0.5, -0.3, 0.4],

@@ -42,5 +42,6 @@ mod sky_answers;
 mod sky_pictures;
 mod telecommands;
 mod telemetry_layout;
+mod two_fields;
 mod uploads;
 mod xtce;

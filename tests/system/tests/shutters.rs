@@ -2,7 +2,7 @@
 //! crosses the Earth path from second 1,468 to 2,398 and from 6,445 to 7,375 with the Earth dark in between.
 
 use crate::flights::{self, scenario};
-use fsw_core::shutting::Shutters;
+use fsw_core::shutting::{ShutterParameters, Shutters};
 use fsw_core::telemetry::Outcome;
 use fsw_hal::OpenPaths;
 use sil_host::harness::faults::{Fault, FaultKind};
@@ -61,6 +61,10 @@ fn count(flown: &[Flown], seconds: Range<u32>, of: impl Fn(&Flown) -> bool) -> u
     flown.iter().filter(|second| seconds.contains(&second.cycle) && of(second)).count() as u32
 }
 
+fn shutters(paths: Shutters) -> Option<ShutterParameters> {
+    Some(ShutterParameters { paths, ..ShutterParameters::default() })
+}
+
 fn fault(kind: FaultKind, seconds: Range<u32>) -> Fault {
     Fault { kind, from_s: seconds.start, until_s: seconds.end }
 }
@@ -78,7 +82,7 @@ fn stars_are_tracked_in_every_second_while_the_sun_crosses_the_earth_path() {
     // Without shutters it is an outage of the same length.
     let blind = fly("geo-shutters", 2600, |scenario| scenario.shutters = None);
     assert!(count(&blind, SUN_S, |second| second.blinded) >= sun - 2);
-    let only_star = fly("geo-shutters", 1600, |scenario| scenario.shutters = Some(Shutters::Star));
+    let only_star = fly("geo-shutters", 1600, |scenario| scenario.shutters = shutters(Shutters::Star));
     assert!(count(&only_star, 1470..1600, |second| second.measured) == 0);
 }
 
@@ -127,7 +131,7 @@ fn a_shutter_that_is_stuck_costs_the_outage_and_nothing_wrong_is_told() {
 
 #[test]
 fn a_sun_in_the_star_path_shuts_it_and_stars_come_back_when_it_has_gone() {
-    let flown = fly("sun-crossing", 8400, |scenario| scenario.shutters = Some(Shutters::Both));
+    let flown = fly("sun-crossing", 8400, |scenario| scenario.shutters = shutters(Shutters::Both));
     let first = flown.iter().find(|second| second.star_path_shut).expect("it is shut").cycle;
     let last = flown.iter().rfind(|second| second.star_path_shut).expect("it is shut").cycle;
     let looks = count(&flown, first..last, |second| second.blinded);
@@ -147,7 +151,7 @@ fn a_sun_in_the_star_path_shuts_it_and_stars_come_back_when_it_has_gone() {
 fn fly_without_stars(seconds: u32, change: impl FnOnce(&mut Scenario)) -> Vec<Flown> {
     let known = Scenario::load(Path::new("geo-shutters")).unwrap().orbit_filter;
     fly("sun-crossing", seconds, |scenario| {
-        (scenario.shutters, scenario.orbit_filter) = (Some(Shutters::Both), known);
+        (scenario.shutters, scenario.orbit_filter) = (shutters(Shutters::Both), known);
         change(scenario);
     })
 }

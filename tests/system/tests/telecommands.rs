@@ -15,6 +15,7 @@ use fsw_core::sensor::Workspace;
 use fsw_core::shutting::ShutterParameters;
 use fsw_core::telemetry::{self, Event, MAX_FRAME_BYTES, Outcome, Report};
 use fsw_hal::{LocalTime, OpenPaths};
+use serde_json::Value;
 use sil_host::commands::record::mission::{Clip, Flight, MISSION};
 use sil_host::commands::record::{fly_second, record_flight};
 use sil_host::flight;
@@ -46,6 +47,13 @@ const MAGNETIC: Flight = Flight {
         range_ut: 80.0,
         ring_current_ut: 0.02,
     }),
+    ..MISSION
+};
+
+/// Two fields of stars, the Earth dark.
+const TWO_FIELDS: Flight = Flight {
+    clips: &[Clip { scenario: "geo-two-fields", from_s: 4_000, seconds: 34 }],
+    open: OpenPaths::BothClear,
     ..MISSION
 };
 
@@ -150,26 +158,36 @@ fn summary(packet: &[u8]) -> (u8, u8, u16) {
     (packet[7], packet[8], reason)
 }
 
-fn emulated(folder: &Path) {
-    let arguments = ["run", "--quiet", "--profile", "flight", "-p", "obc-image", "--target"];
-    let output = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .args(arguments)
-        .args(["thumbv7em-none-eabihf", "--"])
-        .args(
-            ["frames.bin", "parameters.bin", "obc.bin", "commands.bin", "reports.bin"]
-                .map(|f| folder.join(f)),
-        )
-        .current_dir(workspace())
-        .env("CARGO_TARGET_DIR", target_dir())
-        .output()
-        .expect("cargo starts");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+/// Runs the flight image in the emulator on a folder's files; the cycles of each second.
+fn emulated(folder: &Path) -> Vec<u64> {
+    let cargo = |arguments: &[&str]| {
+        let mut cargo = Process::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        cargo.args(arguments).current_dir(workspace()).env("CARGO_TARGET_DIR", target_dir());
+        cargo
+    };
+    let done = |cargo: &mut Process| {
+        let output = cargo.output().expect("cargo starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    done(&mut cargo(&["build", "--quiet", "--release", "-p", "cycle-meter"]));
+    let files = ["frames.bin", "parameters.bin", "obc.bin", "commands.bin", "reports.bin"];
+    let meter = folder.join("cycles.json");
+    done(
+        cargo(&["run", "--quiet", "--profile", "flight", "-p", "obc-image"])
+            .args(["--target", "thumbv7em-none-eabihf", "--"])
+            .args(files.map(|file| folder.join(file)))
+            .env("CYCLE_METER", &meter),
+    );
+    let metered: Value = serde_json::from_slice(&std::fs::read(meter).unwrap()).unwrap();
+    let cycles = metered["cycles"].as_array().expect("the meter's seconds").iter();
+    cycles.map(|second| second["cycles"].as_u64().expect("a count")).collect()
 }
 
-/// Flies the recording of a folder on the target; telemetry and reports must be those of the host.
-fn compare_with_target(folder: &Path, ground: &Ground, reports: &[Report], packets: &[Vec<u8>]) {
+/// Flies the recording of a folder on the target; telemetry and reports must be those of the host. The cycles
+/// of each second.
+fn compare_with_target(folder: &Path, ground: &Ground, reports: &[Report], packets: &[Vec<u8>]) -> Vec<u64> {
     std::fs::write(folder.join("commands.bin"), ground.file()).unwrap();
-    emulated(folder);
+    let cycles = emulated(folder);
     let mut stream = Vec::new();
     for report in reports {
         stream.extend_from_slice(telemetry::encode_next(report, &mut [0; MAX_FRAME_BYTES]).unwrap());
@@ -177,6 +195,14 @@ fn compare_with_target(folder: &Path, ground: &Ground, reports: &[Report], packe
     let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
     assert!(read("obc.bin") == stream, "telemetry of host and target differs");
     assert!(read("reports.bin") == packets.concat(), "reports of host and target differ");
+    cycles
+}
+
+/// The budget's limit of a second with windows.
+fn limit_of_tracking() -> u64 {
+    let text = std::fs::read_to_string(workspace().join("tests/obc-image/budget.toml")).unwrap();
+    let budget: toml::Table = text.parse().unwrap();
+    budget["cycles"]["tracking"].as_integer().expect("a number") as u64
 }
 
 #[test]
@@ -206,6 +232,33 @@ fn a_magnetometer_flies_on_host_and_target_with_the_same_telemetry() {
     // It turns by half a degree in the eight seconds.
     assert!(off.iter().zip(alone.sigma_rad).all(|(off, sigma)| off.abs() < 4.0 * sigma.to_degrees() + 0.6));
     compare_with_target(&folder, &ground, &reports, &packets);
+    let _ = std::fs::remove_dir_all(&folder);
+}
+
+#[test]
+fn stars_of_two_fields_tell_the_mounting_on_host_and_target_alike_and_within_the_budget() {
+    let folder = scratch("two-fields");
+    let (files, _) = record_flight(&TWO_FIELDS, &folder).expect("it can be recorded");
+    let (_, parameters) = TWO_FIELDS.instrument().unwrap();
+    let mut recording = Recording::load(&files.frames).unwrap();
+    let mut ground = Ground { packets: Vec::new() };
+    ground.send(5, &Telecommand::Orbit(orbit(&TWO_FIELDS, &mut recording, 4)));
+    let (reports, packets) = fly(&mut recording, parameters, &ground);
+    // From the second on that knows the orbit, of which one in sixteen looks.
+    assert!(reports[7..].iter().all(|second| second.earth_path_clear));
+    let looks: Vec<_> = reports.iter().filter_map(|second| second.earth_path_stars).collect();
+    let sigma = |second: usize| reports[second].orbit.expect("an orbit").misalignment_sigma_rad;
+    println!("looks {looks:?}, sigma of the mounting {:?}, then {:?} rad", sigma(10), sigma(33));
+    assert!(looks.len() == 2 && looks.iter().all(|stars| *stars >= 3));
+    assert!(sigma(33)[0] < 0.5 * sigma(10)[0] && sigma(33)[1] < 0.5 * sigma(10)[1]);
+    let cycles = compare_with_target(&folder, &ground, &reports, &packets);
+    let seconds = || reports.iter().zip(&cycles).skip(10);
+    let most = |looking: bool| {
+        let alike = seconds().filter(|(second, _)| second.earth_path_stars.is_some() == looking);
+        *alike.map(|(_, cycles)| cycles).max().expect("there are such seconds")
+    };
+    println!("cycles of a second {} without a look, {} with one, at most", most(false), most(true));
+    assert!(most(true) < limit_of_tracking());
     let _ = std::fs::remove_dir_all(&folder);
 }
 

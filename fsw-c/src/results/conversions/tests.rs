@@ -76,6 +76,8 @@ fn every_quantity_of_a_report_comes_through() {
         command: Some(CommandOutcome::Done),
         exposure_us: Some(50_000),
         earth_path_shut: true,
+        earth_path_clear: true,
+        earth_path_stars: Some(7),
         ..Report::default()
     };
     let result = CycleResult::from(&report);
@@ -140,6 +142,8 @@ fn every_quantity_of_a_report_comes_through() {
         exposure_us: 50_000,
         star_path_shut: false,
         earth_path_shut: true,
+        earth_path_clear: true,
+        earth_path_stars: 7,
     };
     assert_eq!(result, expected);
 }

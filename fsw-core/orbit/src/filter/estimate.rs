@@ -14,8 +14,8 @@ use crate::ephemeris::pole_axis;
 use crate::factor::{Factor, MISALIGNMENT, MOTION, POSITION, Row, STATES, VELOCITY};
 use crate::horizon::{self, LimbGeometry, WAVES};
 use crate::look::Look;
-use crate::parameters::OrbitParameters;
-use fsw_ground::matrix::{Cholesky, add_scaled_long, dot, dot_long};
+use crate::parameters::{Misalignment, OrbitParameters};
+use fsw_ground::matrix::{Cholesky, add_scaled_long, dot, dot_long, identity};
 use fsw_ground::word_sum;
 use looking::Taking;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -270,6 +270,31 @@ impl Estimate {
     pub(super) fn update_by_fix(&mut self, rows: Rows, parameters: &OrbitParameters) -> (Nis, bool) {
         self.add_noise(parameters);
         self.update(rows, parameters)
+    }
+
+    /// As [`Self::update`] by a measured turn of the Earth path. The misalignment is estimated, whatever is done
+    /// by the limb. One beyond the gate does not contradict the orbit.
+    #[inline(never)]
+    pub(super) fn update_by_mounting(
+        &mut self,
+        turn_rad: &Vector3<f32>,
+        covariance_rad2: &Matrix3<f32>,
+        parameters: &OrbitParameters,
+    ) {
+        let Some(factor) = Cholesky::of(covariance_rad2) else { return };
+        let (white, measured) = (factor.whitened(&identity::<f32, 3>()), factor.whitened(turn_rad));
+        let mut rows = Rows::of_fix();
+        let places = rows.sensitivities.iter_mut().zip(&mut rows.innovations);
+        for (((sensitivity, innovation), white), turn) in places.zip(white.row_iter()).zip(&measured) {
+            // The path is turned by the misalignment's opposite.
+            *innovation = -turn;
+            for (place, element) in sensitivity.iter_mut().skip(MISALIGNMENT).zip(&white) {
+                *place = *element;
+            }
+        }
+        let contradicted = self.contradicted;
+        self.update(rows, &OrbitParameters { misalignment: Misalignment::Estimated, ..*parameters });
+        self.contradicted = contradicted;
     }
 
     /// Distance of the limb, km.

@@ -7,6 +7,7 @@ use crate::parameters::Misalignment;
 use crate::reference::circular;
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use std::println;
 use std::vec::Vec;
 
 fn position_sigma_km(filter: &OrbitFilter) -> [f32; 3] {
@@ -146,6 +147,47 @@ fn an_outage_of_two_hours_is_crossed_and_more_is_not() {
     assert!(filter.state().is_none());
     let (mut filter, _) = running(&parameters);
     assert_eq!(filter.advance(i64::MIN, &parameters), Err(ResetReason::TooLong));
+}
+
+#[test]
+fn a_mounting_that_stars_show_takes_its_error_out_of_the_place() {
+    let parameters = positions();
+    assert_eq!(parameters.misalignment, Misalignment::Considered);
+    // Two sigma about the axes across the Earth's direction.
+    let misalignment = Vector3::new(0.0, 1e-4, -1e-4);
+    let mut filter = OrbitFilter::new();
+    let mut truth = circular(42_164.0, 1.0);
+    assert!(filter.initialise(truth, 10.0, 1e-3, &parameters));
+    for _ in 0..300 {
+        // A path that is turned sees the Earth elsewhere.
+        let seen_km = truth.position_km + truth.position_km.cross(&misalignment);
+        filter.update(truth.time_us, &fix_at(seen_km), &Matrix3::identity(), &parameters);
+        truth = parameters.forces().propagate(&truth, 1_000_000).unwrap();
+        filter.advance(truth.time_us, &parameters).unwrap();
+    }
+    let off_km = |filter: &OrbitFilter| (filter.state().unwrap().position_km - truth.position_km).norm();
+    let (before_km, before_sigma_km) = (off_km(&filter), position_sigma_km(&filter));
+    assert!(before_km > 4.0 && filter.misalignment_rad() == Vector3::zeros(), "{before_km}");
+    let sigma_rad = 2e-6;
+    let turn_rad = -misalignment.map(|angle| angle as f32);
+    let covariance_rad2 = Matrix3::identity() * (sigma_rad * sigma_rad);
+    filter.observe_mounting(&turn_rad, &covariance_rad2, &parameters);
+    let (after_km, after_sigma_km) = (off_km(&filter), position_sigma_km(&filter));
+    println!("{before_km:.2} km off of {before_sigma_km:?}, then {after_km:.2} of {after_sigma_km:?}");
+    assert!(after_km < 0.2 * before_km);
+    assert!(after_sigma_km.iter().zip(before_sigma_km).all(|(after, before)| *after <= before));
+    assert!((filter.misalignment_rad() - turn_rad).norm() < 2.0 * sigma_rad);
+    assert!(
+        filter.misalignment_sigma_rad().unwrap().iter().all(|sigma| (*sigma / sigma_rad - 1.0).abs() < 0.1)
+    );
+    // Looks at the limb leave the misalignment as it is known, and its sigma.
+    filter.update_by_fix(&good_fix(&truth), &Matrix3::identity(), &parameters);
+    assert!((filter.misalignment_rad() - turn_rad).norm() < 2.0 * sigma_rad);
+    // What is no covariance says nothing.
+    let known = filter.clone();
+    filter.observe_mounting(&turn_rad, &Matrix3::zeros(), &parameters);
+    filter.observe_mounting(&turn_rad, &Matrix3::from_element(f32::NAN), &parameters);
+    assert_eq!((filter.state(), filter.misalignment_rad()), (known.state(), known.misalignment_rad()));
 }
 
 #[test]

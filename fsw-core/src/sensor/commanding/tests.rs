@@ -246,15 +246,17 @@ fn commanded_safe_lasts_through_every_command_but_those_that_end_it() {
 
 #[test]
 fn shutters_are_held_where_the_table_has_them_until_they_are_given_free() {
-    use fsw_hal::OpenPaths::{Both, Earth, Star};
+    use crate::shutting::{EarthFilter, ShutterParameters, Shutters};
+    use fsw_hal::OpenPaths::{Both, BothClear, Earth, Star};
     with_sensor(synchronised(), |sensor| {
         refused(sensor, Command::Shutter(Some(Star)), Refusal::Shutter);
-        let paths = crate::shutting::Shutters::Earth;
-        let shutter = Some(crate::shutting::ShutterParameters { paths, ..Default::default() });
+        let paths = Shutters::Earth;
+        let shutter = Some(ShutterParameters { paths, ..Default::default() });
         let with_shutter = Parameters { shutter, ..parameters() };
         done(sensor, Command::LoadParameters(&table(&with_shutter)));
-        // The star path has none.
+        // The star path has none, and the filter stays.
         refused(sensor, Command::Shutter(Some(Earth)), Refusal::Shutter);
+        refused(sensor, Command::Shutter(Some(BothClear)), Refusal::Shutter);
         for (held, open) in [(Some(Star), Star), (Some(Both), Both), (Some(Star), Star), (None, Both)] {
             assert!(done(sensor, Command::Shutter(held)).is_empty());
             assert_eq!(sensor.shutting.open(), open);
@@ -262,5 +264,9 @@ fn shutters_are_held_where_the_table_has_them_until_they_are_given_free() {
         done(sensor, Command::Shutter(Some(Star)));
         done(sensor, Command::Restart);
         assert_eq!(sensor.shutting.open(), Both);
+        let shutter = Some(ShutterParameters { paths, filter: EarthFilter::Adaptive, ..Default::default() });
+        done(sensor, Command::LoadParameters(&table(&Parameters { shutter, ..parameters() })));
+        assert!(done(sensor, Command::Shutter(Some(BothClear))).is_empty());
+        assert_eq!(sensor.shutting.open(), BothClear);
     });
 }

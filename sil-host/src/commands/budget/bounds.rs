@@ -5,7 +5,8 @@
 //! there, and whether it cost more in any other. The bounds of scan and windows are the flight code's own
 //! ([`scan::bound_cycles`], [`scan::windows_bound_cycles`]): what a tile or window may spend is paid from an
 //! allowance. Of stages whose cost goes with the
-//! catalogue stars of the field the bound is that of [`MAX_FIELD_STARS`], by as many as the flight had.
+//! catalogue stars of the field the bound is that of [`MAX_FIELD_STARS`], by as many as the flight had. Where the
+//! Earth path shows stars these take the place of the limb, at the bounds of the stars' stages.
 //!
 //! An identification in the second of a scan has a tenth of the allowance of later ones, and one of lines looks near
 //! to a known attitude alone: a stage has a bound of its own in the seconds of either.
@@ -26,7 +27,7 @@ use fsw_core::orbit::{beginning, dynamics, factor, filter};
 use fsw_core::plan::{MAX_STAR_WINDOWS, PROBES};
 use fsw_core::rate::arcs::MAX_ARCS;
 use fsw_core::stars::MAX_MEASURED;
-use fsw_core::stars::confirm::ROUNDS;
+use fsw_core::stars::confirm::{MAX_FEW_STARS, ROUNDS};
 use fsw_core::stars::predict::{MAX_FIELD_STARS, field_stars};
 use fsw_hal::Stage;
 use serde::Serialize;
@@ -173,6 +174,13 @@ impl Bounds {
                 *bound = at_caps.max(*bound);
             }
         }
+        // In place of the limb there may be stars: as many as in windows of their own, predicted and matched.
+        let [predict, confirm, limb] =
+            [Stage::Predict, Stage::Confirm, Stage::Limb].map(|stage| (stage as u8, None));
+        let of = |key| bounds.get(&key).copied().unwrap_or(0);
+        let second_field = scan::windows_bound_cycles(MAX_FEW_STARS as u32) + 2 * of(predict) + of(confirm);
+        let most = of(limb).max(second_field);
+        bounds.insert(limb, most);
         Ok(Self { bounds, worst })
     }
 

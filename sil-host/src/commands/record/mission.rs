@@ -38,7 +38,7 @@ use crate::world::scene::Scene;
 use fsw_core::modes::ModeParameters;
 use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::parameters::Parameters;
-use fsw_hal::{DetectorGeometry, Instant, LocalTime, Magnetometer, RateSensor};
+use fsw_hal::{DetectorGeometry, Instant, LocalTime, Magnetometer, OpenPaths, RateSensor};
 use std::path::Path;
 
 /// A piece of an embedded scenario.
@@ -67,6 +67,8 @@ pub struct Flight {
     pub gyro: Option<GyroModel>,
     /// The magnetometer on board, whatever the scenarios say.
     pub magnetometer: Option<MagnetometerModel>,
+    /// Which paths are open.
+    pub open: OpenPaths,
 }
 
 /// Every mode.
@@ -91,6 +93,7 @@ pub const MISSION: Flight = Flight {
     disturbances: None,
     gyro: None,
     magnetometer: None,
+    open: OpenPaths::Both,
 };
 
 /// The night before sunrise, and the Sun in the star path: what the stars gave the gyro carries.
@@ -99,6 +102,7 @@ pub const GYRO: Flight = Flight {
     disturbances: None,
     gyro: Some(FIBRE_OPTIC),
     magnetometer: None,
+    open: OpenPaths::Both,
 };
 
 /// A fibre-optic gyro, as the defaults of the flight parameters have it.
@@ -129,6 +133,7 @@ pub const WIDE_LIMB: Flight = Flight {
     disturbances: None,
     gyro: None,
     magnetometer: None,
+    open: OpenPaths::Both,
 };
 
 /// More spots than the flight code may look at, in which no stars are found.
@@ -137,6 +142,7 @@ pub const STORM: Flight = Flight {
     disturbances: Some((0, storm)),
     gyro: None,
     magnetometer: None,
+    open: OpenPaths::Both,
 };
 
 /// The richest field of the scenarios, tracked, in which a storm begins: every window has more spots than it
@@ -149,6 +155,7 @@ pub const CROWD: Flight = Flight {
     disturbances: Some((1, crowd)),
     gyro: None,
     magnetometer: None,
+    open: OpenPaths::Both,
 };
 
 fn crowd() -> Disturbances {
@@ -252,6 +259,7 @@ impl Flight {
         for (index, clip) in self.clips.iter().enumerate() {
             let scenario = self.scenario(index, clip)?;
             let mut scene = scenario.scene()?;
+            scene.open(self.open);
             for cycle in (clip.from_s..).take(clip.seconds as usize) {
                 let instant_us = scenario.instant_us(cycle);
                 let local_us = last.map_or(0, |(local_us, before_us)| match instant_us - before_us {

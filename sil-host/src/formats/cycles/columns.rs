@@ -581,4 +581,17 @@ pub const COLUMNS: &[Columns] = &[
     numbers(&["earth_correlation"], ("", EARTH_PATH), "correlation of these two", 4, |of| {
         one(of.second.judged.earth?.direction_rad.correlation[0])
     }),
+    words(
+        &["earth_path_clear"],
+        "true where the Earth path's filter was to be out of the way, else false",
+        |of| of.second.report.earth_path_clear.to_string(),
+    ),
+    numbers(
+        &["earth_path_stars"],
+        ("", ""),
+        "stars that fixed the attitude of the Earth path, its filter out of the way, 0: none did; empty where it \
+         was not looked for",
+        0,
+        |of| one(of.second.report.earth_path_stars?),
+    ),
 ];

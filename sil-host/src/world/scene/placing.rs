@@ -7,15 +7,17 @@
 //! begins to move or comes to rest.
 
 use super::{Scene, Truth, VisibleStar, star_e_s};
-use crate::world::attitude::{self, Vector, dot};
+use crate::world::attitude::{self, Vector, apply, dot};
 use crate::world::detector::shutter::Way;
+use crate::world::lens::optics::Optics;
 use crate::world::lens::psf::Psf;
 use crate::world::lens::spots::{Spot, Spots};
 use crate::world::lens::streaks::{Streaks, length_px};
-use crate::world::motion::trajectory::EXPOSURE_STEPS;
+use crate::world::motion::Motion;
+use crate::world::motion::trajectory::{EXPOSURE_STEPS, Trajectory};
 use crate::world::scene::settings::SceneSettings;
 use crate::world::sky::colour::BANDS;
-use crate::world::vector::{length, plus};
+use crate::world::vector::{length, plus, transposed};
 
 /// Longest smear that is drawn as images in a row, px.
 const IMAGES_PX: f64 = 8.0;
@@ -38,9 +40,64 @@ pub(super) struct PointLight {
     pub streaks: Streaks,
 }
 
-/// How the star path looks during an exposure.
+/// A path through which points are seen.
 #[derive(Debug, Clone, Copy)]
-struct Sight {
+pub(super) struct PointPath<'a> {
+    optics: Optics,
+    motion: &'a Motion,
+    /// The trajectory whose Earth path it is; `None`: it is the star path.
+    earth_path_of: Option<&'a Trajectory>,
+    /// A point's light over what it is through the star path.
+    share: f64,
+}
+
+impl PointPath<'_> {
+    /// ICRS to this path.
+    fn at(&self, t_s: f64) -> [f64; 4] {
+        match self.earth_path_of {
+            Some(trajectory) => attitude::quaternion(&trajectory.earth_path(t_s)),
+            None => self.motion.at(t_s),
+        }
+    }
+
+    /// Its rate in its own axes, rad/s.
+    fn rate_rad_s(&self, t_s: f64) -> Vector {
+        let rate_rad_s = self.motion.rate_rad_s(t_s);
+        self.earth_path_of.map_or(rate_rad_s, |trajectory| {
+            apply(&transposed(&trajectory.mount.earth_to_star()), rate_rad_s)
+        })
+    }
+
+    /// How fast star images move: turning across the line of sight moves them by f (1 + tan²), turning about it
+    /// by their distance from the centre.
+    fn pace(&self, middle_s: f64, time_s: f64) -> Pace {
+        let (f, radius) = (self.optics.focal_length_px(), self.optics.radius_px());
+        let step_s = time_s / f64::from(EXPOSURE_STEPS);
+        let begin_s = middle_s - 0.5 * time_s;
+        let px_per_rad =
+            |[x, y, z]: Vector| libm::hypot(x, y) * f * (1.0 + (radius / f).powi(2)) + z.abs() * radius;
+        let rate = |step| self.rate_rad_s(begin_s + f64::from(step) * step_s);
+        let rates: Vec<Vector> = (0..=EXPOSURE_STEPS).map(rate).collect();
+        let mean = rates.iter().fold([0.0; 3], |sum, rate| plus(sum, 1.0, *rate));
+        let comes_back = rates.iter().any(|rate| dot(*rate, mean) < 0.0);
+        let mut pace = Pace { comes_back, ..Pace::default() };
+        let mut last: Option<Vector> = None;
+        for rate_rad_s in rates {
+            pace.smear_px = pace.smear_px.max(time_s * px_per_rad(rate_rad_s));
+            pace.turned_rad = pace.turned_rad.max(time_s * length(rate_rad_s));
+            if let Some(last) = last.replace(rate_rad_s) {
+                let change = px_per_rad(plus(rate_rad_s, -1.0, last)) / step_s;
+                pace.change_px_s2 = pace.change_px_s2.max(change);
+            }
+        }
+        pace
+    }
+}
+
+/// How a path looks during an exposure.
+#[derive(Debug, Clone, Copy)]
+struct Sight<'a> {
+    path: &'a PointPath<'a>,
     middle_s: f64,
     /// Exposure, s.
     time_s: f64,
@@ -73,10 +130,30 @@ enum Instants {
 }
 
 impl Scene {
-    /// Adds the stars to `light` and gives those on the detector at mid-exposure. None is seen through the
-    /// Earth.
+    /// The star path.
+    pub(super) fn star_path(&self) -> PointPath<'_> {
+        PointPath { optics: self.optics, motion: &self.settings.motion, earth_path_of: None, share: 1.0 }
+    }
+
+    /// The Earth path without its filter; `None` where there is no Earth.
+    pub(super) fn clear_earth_path(&self) -> Option<PointPath<'_>> {
+        let trajectory = self.settings.motion.trajectory()?;
+        let star_share = self.settings.detector.throughput * self.settings.imaging.star_path_transmission;
+        let share = trajectory.earth.mirror_transmission * self.settings.imaging.earth_path_transmission;
+        let optics = self.optics.earth_path();
+        (star_share > 0.0).then_some(PointPath {
+            optics,
+            earth_path_of: Some(trajectory),
+            share: share / star_share,
+            ..self.star_path()
+        })
+    }
+
+    /// Adds the stars that a path shows to `light` and gives those on the detector at mid-exposure. None is
+    /// seen through the Earth.
     pub(super) fn place_stars(
         &self,
+        path: &PointPath<'_>,
         cycle: u64,
         time_s: f64,
         truth: Option<&Truth>,
@@ -84,18 +161,19 @@ impl Scene {
     ) -> Vec<VisibleStar> {
         let SceneSettings { motion, imaging, camera, .. } = &self.settings;
         let middle_s = self.middle_s(cycle);
-        let pace = self.pace(middle_s, time_s);
+        let pace = path.pace(middle_s, time_s);
         let sight = Sight {
+            path,
             middle_s,
             time_s,
             pace,
-            boresight: attitude::matrix(motion.at(middle_s))[2],
+            boresight: attitude::matrix(path.at(middle_s))[2],
             aberration: motion.aberration(middle_s),
         };
         let (instants, middle) = (self.instants(&sight, pace.smear_px), self.way(&sight, time_s, 1));
         let row_s = imaging.shutter.row_time_s() * f64::from(camera.height_px);
-        let margin_px = self.reach_px() + pace.smear_px + self.pace(middle_s, row_s).smear_px;
-        let cone_cosine = self.optics.cone_cosine(margin_px);
+        let margin_px = self.reach_px() + pace.smear_px + path.pace(middle_s, row_s).smear_px;
+        let cone_cosine = path.optics.cone_cosine(margin_px);
         let hidden = |direction| truth.is_some_and(|truth| truth.ellipsoid.hides(direction, 0.0));
         self.place_points(&sight, hidden, light);
         let mut visible = Vec::new();
@@ -105,9 +183,9 @@ impl Scene {
                 continue;
             }
             let seen = plus(star.direction, 1.0, sight.aberration);
-            self.lay(&instants, |_| seen, e_s.map(|e| e * time_s), light);
-            let pixel = middle.place(0, seen, &self.optics);
-            if let Some([x_px, y_px]) = pixel.filter(|p| self.optics.on_detector(*p)) {
+            self.lay(&instants, |_| seen, (path, e_s.map(|e| e * time_s)), light);
+            let pixel = middle.place(0, seen, &path.optics);
+            if let Some([x_px, y_px]) = pixel.filter(|p| path.optics.on_detector(*p)) {
                 visible.push((number, VisibleStar { hip: star.hip, x_px, y_px, v: star.v, b_v: star.b_v }));
             }
         }
@@ -116,20 +194,20 @@ impl Scene {
     }
 
     /// Adds the planets and satellites to `light`.
-    fn place_points(&self, sight: &Sight, hidden: impl Fn(Vector) -> bool, light: &mut PointLight) {
+    fn place_points(&self, sight: &Sight<'_>, hidden: impl Fn(Vector) -> bool, light: &mut PointLight) {
         let SceneSettings { motion, bodies, seed, .. } = &self.settings;
-        let Sight { middle_s, time_s, .. } = *sight;
-        let f = self.optics.focal_length_px();
+        let Sight { path, middle_s, time_s, .. } = *sight;
+        let f = path.optics.focal_length_px();
         for point in bodies.points(*seed, middle_s, motion, &self.optics) {
             let smear_px = sight.pace.smear_px + 1.2 * f * time_s * point.rate_rad_s();
-            let near = self.optics.cone_cosine(smear_px + self.reach_px());
+            let near = path.optics.cone_cosine(smear_px + self.reach_px());
             let direction = point.direction(middle_s);
             if dot(sight.boresight, direction) < near || hidden(direction) {
                 continue;
             }
             let electrons = star_e_s(&self.settings, point.v, point.b_v).map(|e| e * time_s);
             let seen = |t_s| plus(point.direction(t_s), 1.0, sight.aberration);
-            self.lay(&self.instants(sight, smear_px), seen, electrons, light);
+            self.lay(&self.instants(sight, smear_px), seen, (path, electrons), light);
         }
     }
 
@@ -142,7 +220,7 @@ impl Scene {
     /// eighth of its length times the angle by which the way bends, which is at most that by which the path
     /// turns. Of a part in which the speed changes evenly the middle of the light is off the way's by a
     /// twelfth of the change times the square of the time.
-    fn instants(&self, sight: &Sight, smear_px: f64) -> Instants {
+    fn instants(&self, sight: &Sight<'_>, smear_px: f64) -> Instants {
         let even = sight.time_s * (sight.pace.change_px_s2 / (12.0 * SAGITTA_PX)).sqrt();
         if smear_px <= IMAGES_PX || sight.pace.comes_back {
             let steps = (smear_px / self.psf.step_px()).max(even).ceil().clamp(1.0, PARTS_MAX);
@@ -155,23 +233,25 @@ impl Scene {
     }
 
     /// The attitudes of `steps` equal parts of `time_s`.
-    fn way(&self, sight: &Sight, time_s: f64, steps: u32) -> Way {
-        let SceneSettings { motion, imaging, camera, .. } = &self.settings;
+    fn way(&self, sight: &Sight<'_>, time_s: f64, steps: u32) -> Way {
+        let SceneSettings { imaging, camera, .. } = &self.settings;
         let rate_rad_s = sight.pace.turned_rad / sight.time_s;
         let exposure = (sight.middle_s, time_s);
-        Way::new(imaging.shutter, |t| motion.at(t), exposure, steps, camera.height_px, rate_rad_s)
+        Way::new(imaging.shutter, |t| sight.path.at(t), exposure, steps, camera.height_px, rate_rad_s)
     }
 
-    /// Adds a point that gives `electrons` while it is seen in the direction `seen` of an instant.
+    /// Adds a point that gives `electrons` through the star path while it is seen in the direction `seen` of an
+    /// instant.
     fn lay(
         &self,
         instants: &Instants,
         seen: impl Fn(f64) -> Vector,
-        electrons: [f64; BANDS],
+        (path, electrons): (&PointPath<'_>, [f64; BANDS]),
         light: &mut PointLight,
     ) {
+        let electrons = electrons.map(|e| e * path.share);
         let places = |way: &Way| -> Vec<_> {
-            (0..way.steps()).map(|step| way.place(step, seen(way.step_s(step)), &self.optics)).collect()
+            (0..way.steps()).map(|step| way.place(step, seen(way.step_s(step)), &path.optics)).collect()
         };
         match instants {
             Instants::Steps(way) => {
@@ -187,31 +267,6 @@ impl Scene {
                 }
             }
         }
-    }
-
-    /// How fast star images move: turning across the line of sight moves them by f (1 + tan²), turning about it
-    /// by their distance from the centre.
-    fn pace(&self, middle_s: f64, time_s: f64) -> Pace {
-        let (f, radius) = (self.optics.focal_length_px(), self.optics.radius_px());
-        let step_s = time_s / f64::from(EXPOSURE_STEPS);
-        let begin_s = middle_s - 0.5 * time_s;
-        let px_per_rad =
-            |[x, y, z]: Vector| libm::hypot(x, y) * f * (1.0 + (radius / f).powi(2)) + z.abs() * radius;
-        let rate = |step| self.settings.motion.rate_rad_s(begin_s + f64::from(step) * step_s);
-        let rates: Vec<Vector> = (0..=EXPOSURE_STEPS).map(rate).collect();
-        let mean = rates.iter().fold([0.0; 3], |sum, rate| plus(sum, 1.0, *rate));
-        let comes_back = rates.iter().any(|rate| dot(*rate, mean) < 0.0);
-        let mut pace = Pace { comes_back, ..Pace::default() };
-        let mut last: Option<Vector> = None;
-        for rate_rad_s in rates {
-            pace.smear_px = pace.smear_px.max(time_s * px_per_rad(rate_rad_s));
-            pace.turned_rad = pace.turned_rad.max(time_s * length(rate_rad_s));
-            if let Some(last) = last.replace(rate_rad_s) {
-                let change = px_per_rad(plus(rate_rad_s, -1.0, last)) / step_s;
-                pace.change_px_s2 = pace.change_px_s2.max(change);
-            }
-        }
-        pace
     }
 }
 

@@ -1,0 +1,80 @@
+//! Two fields of stars: an Earth path without its filter around the dark Earth, flown from pixels. In
+//! geo-two-fields the Sun is hidden from second 2,399 to 6,445, and deeper below the limb than twilight reaches
+//! from 3,843 to 5,001.
+
+use crate::flights::{self, scenario};
+use fsw_core::frames::{EarthPath, Rotation, StarPath};
+use fsw_hal::OpenPaths;
+use sil_host::scenario::{Believed, Scenario};
+use sil_host::world::motion::trajectory::SensorState;
+
+/// A flight of geo-two-fields whose mounting alone is told wrong.
+struct TwoFields {
+    /// How far the mounting that is learned is from the true one, and its sigmas, rotation vectors in the Earth
+    /// path, arcsec.
+    error: [f64; 3],
+    sigma: [f64; 3],
+    /// Seconds in which the Earth path's filter was out, and of these with the Earth lit.
+    clear_s: u32,
+    lit_s: u32,
+    /// Looks at its stars, and those that fixed its attitude.
+    looks: u32,
+    fixed: u32,
+}
+
+fn fly_two_fields(seconds: u32, change: impl FnOnce(&mut Scenario)) -> TwoFields {
+    let mut scenario = scenario("geo-two-fields", seconds);
+    scenario.believed = Believed { mount_deg: scenario.believed.mount_deg, ..Believed::TRUTH };
+    change(&mut scenario);
+    let rotation = |quaternion: [f64; 4]| {
+        Rotation::<StarPath, EarthPath>::from_quaternion(quaternion.map(|part| part as f32)).unwrap()
+    };
+    let told = rotation(scenario.believed.star_to_earth(&scenario.mount));
+    let turned = rotation(scenario.mount.star_to_earth()).angle_from(&told);
+    let arcsec = |angle: f32| f64::from(angle).to_degrees() * 3600.0;
+    let [error, sigma] = [[f64::NAN; 3]; 2];
+    let mut flown = TwoFields { error, sigma, clear_s: 0, lit_s: 0, looks: 0, fixed: 0 };
+    let mut worst = 0.0f64;
+    flights::fly(&scenario, |second| {
+        let report = second.report;
+        worst = worst.max(second.judged.attitude_rad.map_or(0.0, |attitude| attitude.worst_sigma()));
+        flown.clear_s += u32::from(report.earth_path_clear);
+        flown.lit_s += u32::from(report.earth_path_clear && second.truth.state != SensorState::Eclipse);
+        flown.looks += u32::from(report.earth_path_stars.is_some());
+        flown.fixed += u32::from(report.earth_path_stars.is_some_and(|stars| stars > 0));
+        if let Some(orbit) = report.orbit {
+            flown.error = [0, 1, 2].map(|axis| arcsec(orbit.misalignment_rad[axis] - turned[axis]));
+            flown.sigma = orbit.misalignment_sigma_rad.map(arcsec);
+        }
+    });
+    let TwoFields { error, sigma, clear_s, lit_s, looks, fixed } = &flown;
+    println!(
+        "filter out for {clear_s} s, {lit_s} with a lit Earth; {fixed} of {looks} looks; mounting {error:.2?} \
+         arcsec off of {sigma:.2?}; attitude {worst:.1} sigma"
+    );
+    assert!(worst < 6.0);
+    flown
+}
+
+#[test]
+fn stars_around_the_dark_earth_tell_how_the_paths_are_mounted() {
+    let flown = fly_two_fields(5100, |_| {});
+    // The Sun is deeper than 5 deg below the limb for 20 minutes.
+    assert!((1100..1250).contains(&flown.clear_s) && flown.lit_s == 0);
+    assert!(flown.looks >= flown.clear_s / 16 && 10 * flown.fixed >= 9 * flown.looks);
+    for (error, sigma) in flown.error.iter().zip(flown.sigma) {
+        assert!(sigma < 3.0 && error.abs() < 3.5 * sigma);
+    }
+    // Ten times as far off as the orbit is told: stars are believed more than a theodolite.
+    let far = fly_two_fields(5100, |scenario| scenario.believed.mount_deg = [0.02, -0.025, 0.03]);
+    for (error, sigma) in far.error.iter().zip(far.sigma) {
+        assert!(error.abs() < 3.5 * sigma);
+    }
+}
+
+#[test]
+fn without_its_filter_a_lit_earth_floods_its_disc_and_nothing_wrong_is_told() {
+    let flown = fly_two_fields(600, |scenario| scenario.held_open = Some(OpenPaths::BothClear));
+    assert!(flown.clear_s == 600 && flown.lit_s == 600);
+    assert!(flown.error.iter().zip(flown.sigma).all(|(error, sigma)| error.abs() < 3.5 * sigma));
+}
