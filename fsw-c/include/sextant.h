@@ -86,12 +86,12 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 14
+#define SEXTANT_TELEMETRY_VERSION 15
 
 /**
  * Version of the parameter table that is read; its first byte.
  */
-#define SEXTANT_PARAMETERS_VERSION 23
+#define SEXTANT_PARAMETERS_VERSION 24
 
 /**
  * Bytes of memory that hold a link, on any machine of 32 or 64 bits; aligned as a sensor's.
@@ -758,7 +758,8 @@ typedef struct sextant_meter {
 } sextant_meter;
 
 /**
- * The shutters of the two paths. Moved only where the parameter table says which there are.
+ * The shutters of the two paths and the filter of the Earth path. Moved only where the parameter table says
+ * which there are.
  */
 typedef struct sextant_shutter {
     /**
@@ -766,12 +767,14 @@ typedef struct sextant_shutter {
      */
     void *context;
     /**
-     * Opens the star path, the Earth path or both and shuts the other; returns when they stand so. Called
-     * in every cycle before the exposure. Answers `OK`, `STUCK`, `TIMEOUT` or `BUS`. Null: none on board.
+     * Opens the star path, the Earth path or both and shuts the other; `clear`: the Earth path's filter is to
+     * be out of the way, else in it. Returns when they stand so. Called in every cycle before the exposure.
+     * Answers `OK`, `STUCK`, `TIMEOUT` or `BUS`. Null: none on board.
      */
     uint32_t (*open)(void *context,
                      bool star_path,
-                     bool earth_path);
+                     bool earth_path,
+                     bool clear);
 } sextant_shutter;
 
 /**
@@ -1157,6 +1160,14 @@ typedef struct sextant_result {
      * Whether the Earth path was to be shut.
      */
     bool earth_path_shut;
+    /**
+     * Whether the Earth path's filter was to be out of the way.
+     */
+    bool earth_path_clear;
+    /**
+     * How many stars fixed the attitude of the Earth path; 0: none did, or it was not looked for.
+     */
+    uint8_t earth_path_stars;
 } sextant_result;
 
 /**

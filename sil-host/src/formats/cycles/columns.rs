@@ -17,7 +17,7 @@ use fsw_core::telemetry::{EarthStatus, RateSource};
 use serde::{Serialize, Serializer};
 
 /// Version of the table: raised when a column is added or means something else.
-pub const VERSION: u32 = 9;
+pub const VERSION: u32 = 10;
 
 /// What a row is made from.
 #[derive(Clone, Copy, Debug)]
