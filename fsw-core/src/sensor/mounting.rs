@@ -10,6 +10,7 @@
 
 use super::Sensor;
 use super::propagation::Ephemeris;
+use super::workspace::measured;
 use crate::attitude::VectorPair;
 use crate::attitude::covariance::Information;
 use crate::attitude::filter::Filter;
@@ -44,7 +45,17 @@ struct SecondField {
     camera: Camera,
     attitude: Rotation<Icrs, StarPath>,
     windows: Vec<Window, MAX_STAR_WINDOWS>,
-    turn: Option<Turn>,
+    /// Of this path in its own axes, where it is known.
+    rate_rad_s: Option<Vector3<f32>>,
+}
+
+impl SecondField {
+    /// How the path turns during an exposure.
+    fn turn(&self, exposure_s: f32) -> Option<Turn> {
+        let CameraParameters { optical_centre_px, focal_length_px, mirrored, .. } = *self.camera.parameters();
+        let turn_rad = self.rate_rad_s? * exposure_s;
+        Some(Turn::new(optical_centre_px, focal_length_px, mirrored, turn_rad.into()))
+    }
 }
 
 /// The mounting as an image shows it.
@@ -76,29 +87,27 @@ impl Sensor<'_> {
         meter.begin(Stage::Limb);
         let seen = self.see_mounting(detector, ephemeris, attitude);
         meter.end(Stage::Limb);
-        let Some(mounted) = seen? else { return Ok(None) };
+        let Some(Mounted { stars, turn_rad, covariance_rad2 }) = seen? else { return Ok(Some(0)) };
         meter.begin(Stage::Orbit);
-        if let Some(Mounted { turn_rad, covariance_rad2, .. }) = &mounted {
-            self.orbit.observe_mounting(turn_rad, covariance_rad2, &self.parameters.orbit);
-        }
+        self.orbit.observe_mounting(&turn_rad, &covariance_rad2, &self.parameters.orbit);
         meter.end(Stage::Orbit);
-        Ok(Some(mounted.map_or(0, |mounted| mounted.stars)))
+        Ok(Some(stars))
     }
 
-    /// The mounting by the stars of the Earth path, none where they fix no attitude; `None` where it is not known
-    /// where the Earth is.
+    /// The mounting by the stars of the Earth path; `None` where they fix no attitude, or it is not known where
+    /// the Earth hides them.
     fn see_mounting(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         ephemeris: &Ephemeris,
         attitude: &AttitudeReport,
-    ) -> Result<Option<Option<Mounted>>, DetectorError> {
+    ) -> Result<Option<Mounted>, DetectorError> {
         let field = self.second_field(ephemeris, attitude, &detector.geometry());
         let Some(field) = field else { return Ok(None) };
         let (parameters, calibration) = (&self.parameters.detection, self.calibration.as_ref());
-        let method = DetectionMethod { parameters, calibration, turn: field.turn };
+        let method = DetectionMethod { parameters, calibration, turn: field.turn(self.exposure_s()) };
         self.workspace.read_windows(detector, &field.windows, &method)?;
-        Ok(Some(self.mounted(&field, attitude.sigma_rad)))
+        Ok(self.mounted(&field, attitude.sigma_rad))
     }
 
     /// The Earth path's stars that no part of the Earth hides, by the attitude of the star path; `None` where
@@ -121,23 +130,19 @@ impl Sensor<'_> {
         let stars = field_stars(&self.catalogue, &camera, &attitude)?;
         let mut windows = plan::star_windows(&stars, geometry, gate_px, hidden);
         windows.truncate(MAX_FEW_STARS);
-        let CameraParameters { optical_centre_px, focal_length_px, mirrored, .. } = *camera.parameters();
-        let turn = self.motion.as_ref().and_then(Filter::rate).map(|rate| {
-            let turn_rad = self.mounting().matrix() * (rate.rad_s * self.exposure_s());
-            Turn::new(optical_centre_px, focal_length_px, mirrored, turn_rad.into())
-        });
-        Some(SecondField { camera, attitude, windows, turn })
+        let rate = self.motion.as_ref().and_then(Filter::rate);
+        let rate_rad_s = rate.map(|rate| self.mounting().matrix() * rate.rad_s);
+        Some(SecondField { camera, attitude, windows, rate_rad_s })
     }
 
     /// The mounting by the spots of the windows; `None` where they are too few or contradict each other.
     #[inline(never)]
     fn mounted(&self, field: &SecondField, sigma_rad: [f32; 3]) -> Option<Mounted> {
-        let SecondField { camera, attitude, .. } = field;
-        let mut measured = Vec::<MeasuredStar, MAX_SPOTS>::new();
-        let spots = self.workspace.detections.spots().iter();
-        fill(&mut measured, spots.filter_map(|spot| MeasuredStar::from_detection(camera, spot)));
-        let stars =
-            StarField::whole(&measured, &self.catalogue, camera).calibrated(self.calibration.as_ref());
+        let SecondField { camera, attitude, rate_rad_s, .. } = field;
+        let mut spots = Vec::<MeasuredStar, MAX_SPOTS>::new();
+        let detections = &self.workspace.detections;
+        fill(&mut spots, measured(detections, camera, rate_rad_s.as_ref(), self.row_time_s()));
+        let stars = StarField::whole(&spots, &self.catalogue, camera).calibrated(self.calibration.as_ref());
         let matches = match_predicted_stars(attitude, &stars, f32::from(self.parameters.tracking.gate_px));
         if matches.len() < FEWEST_STARS {
             return None;

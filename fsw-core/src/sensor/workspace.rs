@@ -102,6 +102,23 @@ pub struct Workspace {
     pub(super) measured: Vec<MeasuredStar, MAX_MEASURED>,
 }
 
+/// The brightest spots as measured directions, those of the middle of the frame where the rate, in the axes of
+/// the camera's path, is known.
+pub(super) fn measured(
+    detections: &Detections,
+    camera: &Camera,
+    rate_rad_s: Option<&Vector3<f32>>,
+    row_time_s: f32,
+) -> impl Iterator<Item = MeasuredStar> {
+    detections.spots().iter().filter_map(move |spot| {
+        let star = MeasuredStar::from_detection(camera, spot)?;
+        match rate_rad_s {
+            Some(rate_rad_s) if row_time_s > 0.0 => star.at_mid_frame(camera, rate_rad_s, row_time_s),
+            _ => Some(star),
+        }
+    })
+}
+
 impl Default for Workspace {
     fn default() -> Self {
         Self::new()
@@ -128,15 +145,7 @@ impl Workspace {
         row_time_s: f32,
     ) {
         self.measured.clear();
-        let spots = self.detections.spots().iter();
-        let measured = spots.filter_map(|spot| {
-            let star = MeasuredStar::from_detection(camera, spot)?;
-            match rate_rad_s {
-                Some(rate_rad_s) if row_time_s > 0.0 => star.at_mid_frame(camera, rate_rad_s, row_time_s),
-                _ => Some(star),
-            }
-        });
-        fill(&mut self.measured, measured);
+        fill(&mut self.measured, measured(&self.detections, camera, rate_rad_s, row_time_s));
     }
 
     /// Reads the windows of the present image and finds their stars; how many of them can show none, too bright
