@@ -26,7 +26,7 @@
 //! columns would add 27.5 million to the scan, those of a few dozen hardly a million.
 
 use super::defects::{Defects, DefectsError};
-use fsw_hal::{Detector, DetectorError, DetectorGeometry, Window};
+use fsw_hal::{Detector, DetectorGeometry, Window};
 
 /// A neighbour so far away may still take a bad pixel's place, px.
 pub const REACH_PX: u16 = 8;
@@ -81,7 +81,7 @@ fn place(window: Window, [x, y]: [u16; 2]) -> Option<usize> {
     inside.then_some(usize::from(down) * usize::from(window.width) + usize::from(right))
 }
 
-impl<'a, D: Detector<Error = DetectorError>> BadPixelDetector<'a, D> {
+impl<'a, D: Detector> BadPixelDetector<'a, D> {
     /// `detector` without `defects`.
     ///
     /// # Errors
@@ -107,7 +107,7 @@ impl<'a, D: Detector<Error = DetectorError>> BadPixelDetector<'a, D> {
     }
 
     /// The value of a good pixel, its offset taken off: from the window, or read by itself.
-    fn good_value(&mut self, at: [u16; 2], window: Window, pixels: &[u16]) -> Result<u16, DetectorError> {
+    fn good_value(&mut self, at: [u16; 2], window: Window, pixels: &[u16]) -> Result<u16, D::Error> {
         if let Some(value) = place(window, at).and_then(|place| pixels.get(place)) {
             return Ok(*value);
         }
@@ -118,7 +118,7 @@ impl<'a, D: Detector<Error = DetectorError>> BadPixelDetector<'a, D> {
         Ok(offset.map_or(value, |(_, offset)| without_offset(value, offset, self.full_scale)))
     }
 
-    fn replace(&mut self, at: [u16; 2], window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+    fn replace(&mut self, at: [u16; 2], window: Window, pixels: &mut [u16]) -> Result<(), D::Error> {
         let [x, y] = at;
         let Some(Neighbours(one, other)) = neighbours(&self.defects, x, y) else { return Ok(()) };
         let first = self.good_value(one, window, pixels)?;
@@ -130,26 +130,26 @@ impl<'a, D: Detector<Error = DetectorError>> BadPixelDetector<'a, D> {
     }
 }
 
-impl<D: Detector<Error = DetectorError>> fsw_hal::ErrorType for BadPixelDetector<'_, D> {
-    type Error = DetectorError;
+impl<D: Detector> fsw_hal::ErrorType for BadPixelDetector<'_, D> {
+    type Error = D::Error;
 }
 
-impl<D: Detector<Error = DetectorError>> Detector for BadPixelDetector<'_, D> {
+impl<D: Detector> Detector for BadPixelDetector<'_, D> {
     fn geometry(&self) -> DetectorGeometry {
         self.detector.geometry()
     }
 
-    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
+    fn start_exposure(&mut self, exposure_us: u32) -> Result<(), D::Error> {
         self.detector.start_exposure(exposure_us)
     }
 
-    fn finish_exposure(&mut self) -> Result<fsw_hal::LocalTime, DetectorError> {
+    fn finish_exposure(&mut self) -> Result<fsw_hal::LocalTime, D::Error> {
         self.detector.finish_exposure()
     }
 
     /// Reads, takes offsets off, replaces bad pixels. Work is bounded by the window: its rows, its bad
     /// pixels, its columns.
-    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {
+    fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), D::Error> {
         self.detector.read(window, pixels)?;
         self.subtract_offsets(window, pixels);
         let end = window.x.saturating_add(window.width);

@@ -88,6 +88,11 @@ fn check_rising(mut numbers: impl Iterator<Item = u16>, end: u16) -> Result<(), 
 }
 
 impl<'a> Defects<'a> {
+    /// Of a detector without any.
+    pub const fn none(size_px: [u16; 2]) -> Self {
+        Self { crc: 0, size_px, row_starts: &[], pixels: &[], offsets: &[] }
+    }
+
     /// Checks magic, version, length, checksum, structure, order and places, in this order.
     ///
     /// # Errors

@@ -12,8 +12,10 @@
 //! | 0x1C, 0x20 | Terrestrial Time less the counter, us; 0: not known |
 //! | 0x24 | downlink: a byte to send; bit 31 full |
 //! | 0x28 to 0x34 | housekeeping: field along x, y, z and temperature, as f32 |
+//! | 0x38 | uplink: bytes left of the packet that came, 0: none |
+//! | 0x3C | uplink: its next byte |
 //!
-//! Frame memory and 64 KiB of MRAM are mapped behind them.
+//! Frame memory and 1 MiB of MRAM are mapped behind them.
 
 use core::convert::Infallible;
 use embedded_hal::delay::DelayNs;
@@ -21,7 +23,7 @@ use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::i2c::{self, I2c, NoAcknowledgeSource};
 use embedded_hal::spi::{self, SpiDevice};
 use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use fsw_drivers::PixelPort;
+use fsw_drivers::{MappedFlash, PixelPort};
 use fsw_hal::{Clock, ClockError, ErrorType, LocalTime};
 
 /// Clock of the processor, Hz.
@@ -32,7 +34,7 @@ pub const FRAME_MEMORY_PX: usize = 2048 * 2048;
 const REGISTERS: usize = 0x6000_0000;
 const FRAME_MEMORY: usize = 0x6100_0000;
 const MRAM: usize = 0x6200_0000;
-const MRAM_BYTES: usize = 64 * 1024;
+const MRAM_BYTES: usize = 1024 * 1024;
 
 const BUSY: u32 = 1 << 31;
 /// An engine is looked at so often: longer than any byte takes.
@@ -61,6 +63,26 @@ pub fn send(byte: u8) -> bool {
         write(0x24, byte.into());
     }
     room
+}
+
+/// The packet that came up since the last call, in `buffer`; `None` where none came, or one that is longer.
+pub fn receive(buffer: &mut [u8]) -> Option<&[u8]> {
+    let length = read(0x38) as usize;
+    // What is not taken is not to stand before the next one.
+    let taken = buffer.len();
+    for at in 0..length {
+        let byte = read(0x3C) as u8;
+        buffer.get_mut(at).into_iter().for_each(|place| *place = byte);
+    }
+    (1..=taken).contains(&length).then_some(())?;
+    buffer.get(..length)
+}
+
+/// The MRAM as it is now.
+pub fn memory() -> &'static [u8] {
+    // SAFETY: the MRAM is mapped here. What is lent for longer than a call are files that serve, and nothing
+    // writes to these (`FlashAreas`).
+    unsafe { core::slice::from_raw_parts(MRAM as *const u8, MRAM_BYTES) }
 }
 
 /// Shows the magnetometer's temperature, deg C; not a number where it gave none.
@@ -295,6 +317,12 @@ impl ReadNorFlash for Bridge {
 
     fn capacity(&self) -> usize {
         MRAM_BYTES
+    }
+}
+
+impl MappedFlash for Bridge {
+    fn mapped(&self) -> &[u8] {
+        memory()
     }
 }
 

@@ -1,31 +1,47 @@
-//! The sensor with its instruments: one call a second, and an orbit that outlives a warm restart.
+//! The sensor with its instruments and its command link: one call a second, an orbit that outlives a warm
+//! restart, and files that were sent up, which serve from the start after.
 //!
 //! Kept every [`KEEP_EVERY_S`] seconds is the telemetry frame itself: it has the orbit with its sigmas and a
 //! CRC of its own. After a restart the frame that was kept last gives the orbit, if it is young enough, in
 //! the second after the first one that knew Terrestrial Time; the attitude is found in the sky within
 //! seconds anyway.
 
-use crate::board::{Bridge, FRAME_MEMORY_PX, Pin, Pixels, Spi};
+use crate::board::{self, Bridge, FRAME_MEMORY_PX, Pin, Pixels, Spi};
 use crate::instrument::{CATALOGUE, ROWS, parameters};
 use fsw_core::catalog::Catalogue;
-use fsw_core::command::GroundOrbit;
+use fsw_core::command::{CommandLink, GroundOrbit, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES};
+use fsw_core::image::bad_pixels::BadPixelDetector;
+use fsw_core::image::calibration::Calibration;
+use fsw_core::image::defects::Defects;
+use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES};
 use fsw_drivers::cmv4000::{Outputs, Parts, SIZE_PX, Settings};
 use fsw_drivers::lis2mdl_rs::blocking::{I2CAddress as MagnetometerAddress, Lis2mdl};
 use fsw_drivers::lsm6dsv16x_rs::blocking::{I2CAddress as GyroAddress, Lsm6dsv16x};
 use fsw_drivers::st_mems_bus::blocking::i2c::I2cBus;
-use fsw_drivers::{Cmv4000, FlashStore, Lis2mdlMagnetometer, Lsm6dsv16xGyro, Mounting};
-use fsw_hal::StateStore;
+use fsw_drivers::{
+    AreaSlots, Cmv4000, FlashAreas, FlashStore, Lis2mdlMagnetometer, Lsm6dsv16xGyro, Mounting, Slots,
+};
+use fsw_hal::{Area, LocalTime, StateStore};
 use static_cell::{ConstStaticCell, StaticCell};
 
 static WORKSPACE: ConstStaticCell<Workspace> = ConstStaticCell::new(Workspace::new());
 static SENSOR: StaticCell<Sensor<'static>> = StaticCell::new();
+static LINK: StaticCell<Link> = StaticCell::new();
 static SPARE: ConstStaticCell<[u8; MAX_FRAME_BYTES]> = ConstStaticCell::new([0; MAX_FRAME_BYTES]);
 
 const _: () = assert!(SIZE_PX as usize * ROWS.1 as usize <= FRAME_MEMORY_PX);
-/// Two slots of so many bytes at the begin of the non-volatile memory.
+/// APID of the sensor. A spacecraft that is commanded through more hands than its own has a key as well, and
+/// stores the link's counter.
+const APID: u16 = 0x2A5;
+/// Two slots of so many bytes at the begin of the non-volatile memory, then those of the files.
 const SLOT_BYTES: usize = 4096;
+const AREAS: AreaSlots = AreaSlots {
+    catalogue: Slots { offset: 0x1_0000, slot_bytes: 0x3_0000 },
+    calibration: Slots { offset: 0x8_0000, slot_bytes: 0x1_0000 },
+    bad_pixels: Slots { offset: 0xC_0000, slot_bytes: 0x1_0000 },
+};
 const _: () = assert!(MAX_FRAME_BYTES + 24 <= SLOT_BYTES);
 /// Between two records, s.
 const KEEP_EVERY_S: u32 = 600;
@@ -33,6 +49,7 @@ const KEEP_EVERY_S: u32 = 600;
 const MAX_AGE_US: i64 = 100 * 60 * 1_000_000;
 
 type DetectorDriver = Cmv4000<'static, Spi, Pin, Pin, Bridge, Bridge, Pixels>;
+type Link = CommandLink<FlashAreas<Bridge>>;
 type Gyro = Lsm6dsv16xGyro<I2cBus<Bridge>, Bridge, Bridge>;
 type Magnetometer = Lis2mdlMagnetometer<I2cBus<Bridge>, Bridge, Bridge>;
 
@@ -43,24 +60,62 @@ pub struct Flight {
     gyro: Gyro,
     magnetometer: Magnetometer,
     clock: Bridge,
+    bad_pixels: Defects<'static>,
+    link: &'static mut Link,
     store: FlashStore<Bridge>,
     /// Seconds since a record was kept.
     since_kept_s: u32,
     /// Whether the orbit of before the restart is still to be asked for.
     restarted: bool,
+    /// The counter of the last second.
+    local: LocalTime,
     /// Terrestrial Time of the last second, us, where it was known.
     instant_us: Option<i64>,
     /// Where a frame is made that nobody sends, and where the record of before the restart is read.
     spare: &'static mut [u8; MAX_FRAME_BYTES],
 }
 
+/// What serves: files that were sent up, else those of the program.
+struct Files {
+    catalogue: Catalogue<'static>,
+    calibration: Option<Calibration<'static>>,
+    bad_pixels: Defects<'static>,
+    /// The table that goes with them.
+    parameters: Parameters,
+}
+
+impl Files {
+    /// Those of the memory that open, and are of this detector.
+    #[inline(never)]
+    fn find(areas: &FlashAreas<Bridge>) -> Option<Self> {
+        let sent_up = |area| board::memory().get(areas.serving(area)?);
+        let mut parameters = parameters();
+        let camera = parameters.camera;
+        let size_px = [camera.width_px, camera.height_px];
+        let catalogue = sent_up(Area::Catalogue).and_then(|bytes| Catalogue::open(bytes).ok());
+        let calibration = sent_up(Area::Calibration).and_then(|bytes| Calibration::open(bytes).ok());
+        let calibration = calibration.filter(|opened| opened.is_of(size_px, camera.optical_centre_px));
+        let bad_pixels = sent_up(Area::BadPixels).and_then(|bytes| Defects::open(bytes).ok());
+        parameters.imaging.calibration_crc = calibration.as_ref().map_or(0, Calibration::crc);
+        Some(Self {
+            catalogue: catalogue.or_else(|| Catalogue::open(CATALOGUE).ok())?,
+            calibration,
+            bad_pixels: bad_pixels
+                .filter(|opened| opened.size_px() == size_px)
+                .unwrap_or(Defects::none(size_px)),
+            parameters,
+        })
+    }
+}
+
 impl Flight {
     /// All of it, once; `None` where something refuses.
     #[inline(never)]
     pub fn new(bridge: Bridge) -> Option<Self> {
-        let catalogue = Catalogue::open(CATALOGUE).ok()?;
+        let areas = FlashAreas::new(bridge, AREAS)?;
+        let Files { catalogue, calibration, bad_pixels, parameters } = Files::find(&areas)?;
         let (place, workspace) = (SENSOR.try_uninit()?, WORKSPACE.try_take()?);
-        let sensor = Sensor::new_in(place, catalogue, parameters(), None, workspace).ok()?;
+        let sensor = Sensor::new_in(place, catalogue, parameters, calibration, workspace).ok()?;
         let parts = Parts {
             spi: Spi,
             reset_n: Pin::RESET_N,
@@ -79,9 +134,12 @@ impl Flight {
             gyro: Lsm6dsv16xGyro::new(gyro, bridge, Mounting::ALIGNED),
             magnetometer: Lis2mdlMagnetometer::new(magnetometer, bridge, Mounting::ALIGNED),
             clock: bridge,
+            bad_pixels,
+            link: LINK.try_init(CommandLink::with_areas(APID, None, 0, areas))?,
             store: FlashStore::new(bridge, 0, SLOT_BYTES)?,
             since_kept_s: 0,
             restarted: true,
+            local: LocalTime::default(),
             instant_us: None,
             spare: SPARE.try_take()?,
         })
@@ -101,19 +159,47 @@ impl Flight {
         self.magnetometer.temperature_c()
     }
 
+    /// Hands the packet that came up to the link.
+    #[inline(never)]
+    fn receive(&mut self) {
+        let mut buffer = [0; MAX_TELECOMMAND_BYTES];
+        if let Some(packet) = board::receive(&mut buffer) {
+            // What was refused the link reports itself.
+            let _ = self.link.receive(packet);
+        }
+    }
+
+    /// Writes the link's next report, as of the last second, into `buffer`; its bytes, 0 where none waits.
+    #[inline(never)]
+    pub fn report(&mut self, buffer: &mut [u8; MAX_REPORT_BYTES]) -> usize {
+        self.link.next_report(self.local, self.sensor.parameters(), buffer).map_or(0, <[u8]>::len)
+    }
+
     /// One second; its frame goes into `buffer`, whose used bytes are given.
     #[inline(never)]
     pub fn second(&mut self, buffer: &mut [u8]) -> usize {
-        let command = self.orbit_of_before().map_or(Command::Continue, Command::Orbit);
+        self.receive();
+        let orbit = self.orbit_of_before();
+        let Ok(mut detector) = BadPixelDetector::new(&mut self.detector, self.bad_pixels) else { return 0 };
         let mut instruments = Instruments {
-            detector: &mut self.detector,
+            detector: &mut detector,
             clock: &mut self.clock,
             meter: &mut (),
             rate_sensor: &mut self.gyro,
             magnetometer: &mut self.magnetometer,
             shutter: &mut (),
         };
-        let report = self.sensor.cycle(&mut instruments, command);
+        // The orbit of before the restart comes before what the ground wants; the link's command waits.
+        let report = match orbit {
+            Some(orbit) => self.sensor.cycle(&mut instruments, Command::Orbit(orbit)),
+            None => {
+                let report = self.sensor.cycle(&mut instruments, self.link.command());
+                self.link.conclude(report.command);
+                report
+            }
+        };
+        self.link.check_area(self.sensor.parameters());
+        self.local = LocalTime::from_us(report.local_us);
         self.instant_us = report.instant_us;
         self.since_kept_s = self.since_kept_s.saturating_add(1);
         if let (Some(instant_us), Some(_), KEEP_EVERY_S..) =

@@ -1,4 +1,4 @@
-//! A program without an executor: each second the flight, then the downlink.
+//! A program without an executor: each second the flight, then its frame and the link's reports down.
 //!
 //! Linked with `panic-never`: no panic can be reached, neither in the flight code nor in the drivers.
 #![cfg_attr(target_os = "none", no_std, no_main)]
@@ -10,12 +10,15 @@ mod program {
     // Each brings something to the link: the interrupts' critical section, defmt's linker script, no panic.
     use cortex_m as _;
     use defmt as _;
+    use fsw_core::command::MAX_REPORT_BYTES;
     use fsw_core::telemetry::MAX_FRAME_BYTES;
     use fsw_hal::{Clock, LocalTime};
     use panic_never as _;
     use static_cell::ConstStaticCell;
 
     static FRAME: ConstStaticCell<[u8; MAX_FRAME_BYTES]> = ConstStaticCell::new([0; MAX_FRAME_BYTES]);
+
+    static REPORTS: ConstStaticCell<[u8; MAX_REPORT_BYTES]> = ConstStaticCell::new([0; MAX_REPORT_BYTES]);
 
     /// Waits for the next second of the counter.
     fn wait_after(second: i64) -> i64 {
@@ -28,13 +31,19 @@ mod program {
     }
 
     fn fly() -> Option<()> {
-        let (mut flight, frame) = (Flight::new(Bridge)?, FRAME.try_take()?);
+        let (mut flight, frame, reports) = (Flight::new(Bridge)?, FRAME.try_take()?, REPORTS.try_take()?);
         let mut second = 0;
         loop {
             second = wait_after(second);
             let length = flight.second(frame);
             for byte in frame.iter().take(length) {
                 while !board::send(*byte) {}
+            }
+            // The link holds a few reports.
+            while let length @ 1.. = flight.report(reports) {
+                for byte in reports.iter().take(length) {
+                    while !board::send(*byte) {}
+                }
             }
             board::housekeeping(flight.temperature_c());
         }

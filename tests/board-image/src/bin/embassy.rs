@@ -1,7 +1,7 @@
 //! An Embassy application: the flight is a task beside the downlink.
 //!
 //! The flight code is one blocking call a second, so its task waits for the second's tick and then keeps the
-//! thread for as long as the second takes. What may not wait so long (a command link, the bus of the
+//! thread for as long as the second takes. What may not wait so long (the bus of the
 //! spacecraft) goes into interrupts or into an `InterruptExecutor`, which interrupt the flight.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -50,6 +50,13 @@ mod program {
                 None => {
                     let _ = flight.second(&mut []);
                 }
+            }
+            // A report a second where there is room; the others wait in the link.
+            if let Some(frame) = frames.try_send()
+                && let Some(buffer) = frame.bytes.first_chunk_mut()
+            {
+                frame.length = flight.report(buffer);
+                frames.send_done();
             }
             board::housekeeping(flight.temperature_c());
         }
