@@ -767,9 +767,9 @@ typedef struct sextant_shutter {
      */
     void *context;
     /**
-     * Opens the star path, the Earth path or both and shuts the other; `clear`: the Earth path's filter is to
-     * be out of the way, else in it. Returns when they stand so. Called in every cycle before the exposure.
-     * Answers `OK`, `STUCK`, `TIMEOUT` or `BUS`. Null: none on board.
+     * Opens the star path, the Earth path or both and shuts the other; `clear`: the Earth path's filter is
+     * to be out of the way, else in it. Returns when they stand so. Called in every cycle before the
+     * exposure. Answers `OK`, `STUCK`, `TIMEOUT` or `BUS`. Null: none on board.
      */
     uint32_t (*open)(void *context,
                      bool star_path,

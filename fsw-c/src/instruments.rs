@@ -155,9 +155,9 @@ pub struct Magnetometer {
 pub struct Shutter {
     /// Handed to the callback; may be null.
     pub context: *mut c_void,
-    /// Opens the star path, the Earth path or both and shuts the other; `clear`: the Earth path's filter is to
-    /// be out of the way, else in it. Returns when they stand so. Called in every cycle before the exposure.
-    /// Answers `OK`, `STUCK`, `TIMEOUT` or `BUS`. Null: none on board.
+    /// Opens the star path, the Earth path or both and shuts the other; `clear`: the Earth path's filter is
+    /// to be out of the way, else in it. Returns when they stand so. Called in every cycle before the
+    /// exposure. Answers `OK`, `STUCK`, `TIMEOUT` or `BUS`. Null: none on board.
     pub open: Option<
         unsafe extern "C" fn(context: *mut c_void, star_path: bool, earth_path: bool, clear: bool) -> u32,
     >,

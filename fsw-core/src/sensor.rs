@@ -19,9 +19,9 @@
 //!    position, which the orbit filter takes in (`orbit`). With the star path shut it is the other way round:
 //!    orbit, Earth and magnetic field or terminator give the attitude. Around a dark Earth the Earth path may
 //!    show stars, and they how the paths are mounted (`mounting`);
-//! 5. a path that the Sun is about to enter is to be shut, and the Earth path's filter to be in it before light
-//!    of the Earth comes (`outage`), the guards decide the next mode; the report is made of the `record` of the
-//!    second.
+//! 5. a path that the Sun is about to enter is to be shut, and the Earth path's filter to be in it before
+//!    light of the Earth comes (`outage`), the guards decide the next mode; the report is made of the
+//!    `record` of the second.
 //!
 //! A stage takes what it needs as arguments and returns what it found, or fills the part of the record that
 //! is its own. What is generic over the instruments calls them and no more; the work between two calls is

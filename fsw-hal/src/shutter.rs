@@ -54,8 +54,8 @@ impl error::ErrorKind for ErrorKind {}
 /// The shutters of both paths, and the filter of the Earth path.
 pub trait Shutter: ErrorType<Error: Error<ErrorKind>> {
     /// Opens these paths and shuts the other one; the filter is out of the way for [`OpenPaths::BothClear`]
-    /// alone. Called in every second before the exposure, also where nothing is to be moved; returns when they
-    /// stand so.
+    /// alone. Called in every second before the exposure, also where nothing is to be moved; returns when
+    /// they stand so.
     ///
     /// # Errors
     /// [`ErrorKind::Stuck`], [`ErrorKind::Timeout`] or [`ErrorKind::Bus`]; then nothing is known of where

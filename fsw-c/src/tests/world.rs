@@ -27,7 +27,8 @@ pub struct World {
     pub clock: u32,
     pub rate: u32,
     pub marks: [u32; 2],
-    /// What the shutters answer, and whether star path and Earth path were told to be open last, and the latter clear.
+    /// What the shutters answer, and whether star path and Earth path were told to be open last, and the
+    /// latter clear.
     pub shutter: u32,
     pub open: Option<[bool; 3]>,
     /// A sensor to be called from within a callback with this parameter table, and what came of it.

@@ -61,8 +61,8 @@ impl SecondField {
 /// The mounting as an image shows it.
 struct Mounted {
     stars: u8,
-    /// By what the Earth path is turned against where it was taken to be, and the covariance of that: a rotation
-    /// vector in the Earth path.
+    /// By what the Earth path is turned against where it was taken to be, and the covariance of that: a
+    /// rotation vector in the Earth path.
     turn_rad: Vector3<f32>,
     covariance_rad2: Matrix3<f32>,
 }
@@ -94,8 +94,8 @@ impl Sensor<'_> {
         Ok(Some(stars))
     }
 
-    /// The mounting by the stars of the Earth path; `None` where they fix no attitude, or it is not known where
-    /// the Earth hides them.
+    /// The mounting by the stars of the Earth path; `None` where they fix no attitude, or it is not known
+    /// where the Earth hides them.
     fn see_mounting(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,

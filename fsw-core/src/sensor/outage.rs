@@ -47,9 +47,9 @@ impl Sensor<'_> {
         Some(fields_met(&self.camera, (&in_star_path, &in_earth_path), radius_rad, hidden))
     }
 
-    /// Whether no light of the Earth can come into the Earth path at `instant`: the Sun is deeper below its limb
-    /// than twilight reaches. Where the whole Sun is hidden no ground in sight is lit: the plane that touches
-    /// lit ground has Sun and satellite on its upper side, and nothing of the Earth between them.
+    /// Whether no light of the Earth can come into the Earth path at `instant`: the Sun is deeper below its
+    /// limb than twilight reaches. Where the whole Sun is hidden no ground in sight is lit: the plane that
+    /// touches lit ground has Sun and satellite on its upper side, and nothing of the Earth between them.
     #[inline(never)]
     fn earth_gives_no_light(&self, ephemeris: &Ephemeris, instant: LocalTime) -> bool {
         let Some((attitude, _)) = self.motion.as_ref().and_then(|motion| motion.at(instant)) else {

@@ -102,8 +102,8 @@ pub struct Workspace {
     pub(super) measured: Vec<MeasuredStar, MAX_MEASURED>,
 }
 
-/// The brightest spots as measured directions, those of the middle of the frame where the rate, in the axes of
-/// the camera's path, is known.
+/// The brightest spots as measured directions, those of the middle of the frame where the rate, in the axes
+/// of the camera's path, is known.
 pub(super) fn measured(
     detections: &Detections,
     camera: &Camera,

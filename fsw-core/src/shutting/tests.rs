@@ -15,8 +15,8 @@ fn carried(free: OpenPaths) -> Option<SunPlace> {
 }
 
 /// A world with the Sun in one path (`free`: what it leaves free) or in none from second to second, where the
-/// Earth blinds without its filter unless it is dark (both clear): what the shutters are in each, and how many
-/// seconds are blinded.
+/// Earth blinds without its filter unless it is dark (both clear): what the shutters are in each, and how
+/// many seconds are blinded.
 fn fly(
     parameters: &ShutterParameters,
     free: impl Fn(i64) -> OpenPaths,

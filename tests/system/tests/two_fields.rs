@@ -1,6 +1,6 @@
 //! Two fields of stars: an Earth path without its filter around the dark Earth, flown from pixels. In
-//! geo-two-fields the Sun is hidden from second 2,399 to 6,445, and deeper below the limb than twilight reaches
-//! from 3,843 to 5,001.
+//! geo-two-fields the Sun is hidden from second 2,399 to 6,445, and deeper below the limb than twilight
+//! reaches from 3,843 to 5,001.
 
 use crate::flights::{self, scenario};
 use fsw_core::frames::{EarthPath, Rotation, StarPath};
@@ -10,8 +10,8 @@ use sil_host::world::motion::trajectory::SensorState;
 
 /// A flight of geo-two-fields whose mounting alone is told wrong.
 struct TwoFields {
-    /// How far the mounting that is learned is from the true one, and its sigmas, rotation vectors in the Earth
-    /// path, arcsec.
+    /// How far the mounting that is learned is from the true one, and its sigmas, rotation vectors in the
+    /// Earth path, arcsec.
     error: [f64; 3],
     sigma: [f64; 3],
     /// Seconds in which the Earth path's filter was out, and of these with the Earth lit.

@@ -272,8 +272,8 @@ impl Estimate {
         self.update(rows, parameters)
     }
 
-    /// As [`Self::update`] by a measured turn of the Earth path. The misalignment is estimated, whatever is done
-    /// by the limb. One beyond the gate does not contradict the orbit.
+    /// As [`Self::update`] by a measured turn of the Earth path. The misalignment is estimated, whatever is
+    /// done by the limb. One beyond the gate does not contradict the orbit.
     #[inline(never)]
     pub(super) fn update_by_mounting(
         &mut self,

@@ -1,5 +1,6 @@
 use super::super::defects::sample::bytes;
 use super::*;
+use fsw_hal::DetectorError;
 use proptest::prelude::*;
 use std::vec::Vec;
 

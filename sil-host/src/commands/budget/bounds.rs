@@ -1,12 +1,12 @@
 //! What the stages of a second cost at their caps.
 //!
-//! Every loop of the flight code ends at a constant. A stage whose loops all reach theirs costs the most, whatever
-//! the sky. In: the metered flights. Out, of each stage: its caps, the flight that drives it there, what it cost
-//! there, and whether it cost more in any other. The bounds of scan and windows are the flight code's own
-//! ([`scan::bound_cycles`], [`scan::windows_bound_cycles`]): what a tile or window may spend is paid from an
-//! allowance. Of stages whose cost goes with the
-//! catalogue stars of the field the bound is that of [`MAX_FIELD_STARS`], by as many as the flight had. Where the
-//! Earth path shows stars these take the place of the limb, at the bounds of the stars' stages.
+//! Every loop of the flight code ends at a constant. A stage whose loops all reach theirs costs the most,
+//! whatever the sky. In: the metered flights. Out, of each stage: its caps, the flight that drives it there,
+//! what it cost there, and whether it cost more in any other. The bounds of scan and windows are the flight
+//! code's own ([`scan::bound_cycles`], [`scan::windows_bound_cycles`]): what a tile or window may spend is
+//! paid from an allowance. Of stages whose cost goes with the catalogue stars of the field the bound is that
+//! of [`MAX_FIELD_STARS`], by as many as the flight had. Where the Earth path shows stars these take the
+//! place of the limb, at the bounds of the stars' stages.
 //!
 //! An identification in the second of a scan has a tenth of the allowance of later ones, and one of lines looks near
 //! to a known attitude alone: a stage has a bound of its own in the seconds of either.

@@ -68,8 +68,8 @@ impl PointPath<'_> {
         })
     }
 
-    /// How fast star images move: turning across the line of sight moves them by f (1 + tan²), turning about it
-    /// by their distance from the centre.
+    /// How fast star images move: turning across the line of sight moves them by f (1 + tan²), turning about
+    /// it by their distance from the centre.
     fn pace(&self, middle_s: f64, time_s: f64) -> Pace {
         let (f, radius) = (self.optics.focal_length_px(), self.optics.radius_px());
         let step_s = time_s / f64::from(EXPOSURE_STEPS);
@@ -240,8 +240,8 @@ impl Scene {
         Way::new(imaging.shutter, |t| sight.path.at(t), exposure, steps, camera.height_px, rate_rad_s)
     }
 
-    /// Adds a point that gives `electrons` through the star path while it is seen in the direction `seen` of an
-    /// instant.
+    /// Adds a point that gives `electrons` through the star path while it is seen in the direction `seen` of
+    /// an instant.
     fn lay(
         &self,
         instants: &Instants,

@@ -58,8 +58,8 @@ fn a_star_that_begins_to_move_or_comes_to_rest_keeps_its_light_where_it_is() {
     }
 }
 
-/// A geostationary scene with a star of V = -1 in the middle of the Earth path, whose direction is `off` from that
-/// to the Earth, rad; the star path looks 90 deg away.
+/// A geostationary scene with a star of V = -1 in the middle of the Earth path, whose direction is `off` from
+/// that to the Earth, rad; the star path looks 90 deg away.
 fn scene_with_star_near_the_earth(off: f64) -> Scene {
     let state = state_of_elements(CentralBody::Earth, [42_164.17, 0.0, 0.05, 0.0, 0.0, 130.0]).unwrap();
     let orbit = TruthOrbit::new(843_393_969_184_000, state.0, state.1, 600).unwrap();
