@@ -85,7 +85,7 @@ use text::Text;
 use toml::Spanned;
 
 /// The scenarios that come with the program, the default first: name and text.
-pub const EMBEDDED: [(&str, &str); 17] = [
+pub const EMBEDDED: [(&str, &str); 18] = [
     ("geo-eclipse", include_str!("scenarios/geo-eclipse.toml")),
     ("geo-day", include_str!("scenarios/geo-day.toml")),
     ("sso-noon-midnight", include_str!("scenarios/sso-noon-midnight.toml")),
@@ -99,6 +99,7 @@ pub const EMBEDDED: [(&str, &str); 17] = [
     ("tumbling", include_str!("scenarios/tumbling.toml")),
     ("bad-day", include_str!("scenarios/bad-day.toml")),
     ("geo-shutters", include_str!("scenarios/geo-shutters.toml")),
+    ("geo-oblique", include_str!("scenarios/geo-oblique.toml")),
     ("geo-two-fields", include_str!("scenarios/geo-two-fields.toml")),
     ("moon-orbit", include_str!("scenarios/moon-orbit.toml")),
     ("mars-orbit", include_str!("scenarios/mars-orbit.toml")),
