@@ -288,7 +288,9 @@ impl Scene {
         if open {
             visible = self.place_stars(&self.star_path(), cycle, time_s, truth.as_ref(), &mut light);
         }
-        if let Some(path) = self.clear_earth_path().filter(|_| self.open.clear()) {
+        if self.open.clear()
+            && let Some(path) = self.clear_earth_path()
+        {
             self.place_stars(&path, cycle, time_s, truth.as_ref(), &mut light);
         }
         let PointLight { mut spots, streaks } = light;

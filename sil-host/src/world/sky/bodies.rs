@@ -216,4 +216,4 @@ fn moon_through(
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::world) mod tests;

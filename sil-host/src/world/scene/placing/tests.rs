@@ -3,13 +3,10 @@
 use super::*;
 use crate::formats::camera_file::CameraFile;
 use crate::world::detector::pixel::PixelResponse;
-use crate::world::earth::EarthModel;
-use crate::world::motion::pointing::{Aim, Law, Mount, Pointing};
-use crate::world::orbit::{TruthOrbit, state_of_elements};
+use crate::world::motion::pointing::Mount;
 use crate::world::scene::WorldStar;
-
+use crate::world::sky::bodies::tests::looking;
 use crate::world::vector::{times, unit};
-use fsw_core::orbit::body::CentralBody;
 use fsw_hal::{Detector, OpenPaths, Window};
 use std::sync::Arc;
 
@@ -61,18 +58,11 @@ fn a_star_that_begins_to_move_or_comes_to_rest_keeps_its_light_where_it_is() {
 /// A geostationary scene with a star of V = -1 in the middle of the Earth path, whose direction is `off` from
 /// that to the Earth, rad; the star path looks 90 deg away.
 fn scene_with_star_near_the_earth(off: f64) -> Scene {
-    let state = state_of_elements(CentralBody::Earth, [42_164.17, 0.0, 0.05, 0.0, 0.0, 130.0]).unwrap();
-    let orbit = TruthOrbit::new(843_393_969_184_000, state.0, state.1, 600).unwrap();
-    let down = unit(times(-1.0, orbit.at(100.0).0));
+    let trajectory = looking([1.0, 0.0, 0.0]);
+    let down = unit(times(-1.0, trajectory.orbit.at(100.0).0));
     let direction = unit(plus(down, libm::tan(off), [0.0, 0.0, 1.0]));
-    let aim = Aim {
-        ra_deg: libm::atan2(direction[1], direction[0]).to_degrees(),
-        dec_deg: libm::asin(direction[2]).to_degrees(),
-        roll_deg: 20.0,
-    };
-    let pointing = Pointing { law: Law::Inertial(aim), ..Pointing::default() };
     let mount = Mount { star_path_deg: [0.0, 90.0, 0.0] };
-    let trajectory = Trajectory { orbit, pointing, mount, earth: EarthModel::default() };
+    let trajectory = Trajectory { mount, ..looking(direction) };
     let camera = CameraFile { mirrored: true, ..CameraFile::reference() };
     let settings = SceneSettings::new(camera, Motion::orbiting(trajectory), 7);
     Scene::new(settings, &[WorldStar { hip: 1, direction, v: -1.0, b_v: 0.0 }]).unwrap()

@@ -21,7 +21,7 @@ const START_US: i64 = 843_393_969_184_000;
 const EXPOSURE_US: u32 = 100_000;
 
 /// Geostationary, both paths looking into `direction` (ICRS).
-fn looking(direction: Vector) -> Trajectory {
+pub(in crate::world) fn looking(direction: Vector) -> Trajectory {
     let (r, v) = state_of_elements(CentralBody::Earth, [42_164.17, 0.0, 0.05, 0.0, 0.0, 130.0]).unwrap();
     let aim = Aim {
         ra_deg: libm::atan2(direction[1], direction[0]).to_degrees(),
