@@ -322,6 +322,7 @@ pub struct CycleResult {
     pub earth_path_shut: bool,
     /// Whether the Earth path's filter was to be out of the way.
     pub earth_path_clear: bool,
-    /// How many stars fixed the attitude of the Earth path; 0: none did, or it was not looked for.
+    /// How many stars were seen through the Earth path that do not contradict each other; 0: none, or none were
+    /// looked for.
     pub earth_path_stars: u8,
 }

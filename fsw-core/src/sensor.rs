@@ -340,8 +340,15 @@ impl<'c> Sensor<'c> {
         self.images_given_up = 0;
     }
 
+    /// Forgets the orbit and what it learned of the mounting.
     fn forget_orbit(&mut self) {
         self.orbit.reset();
+        self.lose_orbit();
+    }
+
+    /// Forgets the orbit alone, which nothing has contradicted.
+    fn lose_orbit(&mut self) {
+        self.orbit.lose();
         self.converged = false;
         self.earth_misses = 0;
     }

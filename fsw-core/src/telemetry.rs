@@ -363,7 +363,8 @@ pub struct Report {
     pub earth_path_shut: bool,
     /// Whether the Earth path's filter was to be out of the way.
     pub earth_path_clear: bool,
-    /// How many stars fixed the attitude of the Earth path, 0: none did; `None` where it was not looked for.
+    /// How many stars were seen through the Earth path that do not contradict each other; `None` where none were
+    /// looked for.
     pub earth_path_stars: Option<u8>,
     /// The attitude, where there is one: of one image alone.
     pub attitude: Option<AttitudeReport>,

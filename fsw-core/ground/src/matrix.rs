@@ -270,6 +270,25 @@ pub fn add_scaled_long(out: &mut [f32], factor: f32, a: &[f32]) {
     }
 }
 
+/// Takes an equation, its coefficients and then its right side, into the triangle of a least squares problem
+/// by Givens rotations. What is left of its right side is what no solution explains: the squares of that are
+/// those of the residuals.
+#[inline(never)]
+pub fn rotate_into<const C: usize>(triangle: &mut [[f32; C]], equation: &mut [f32; C]) {
+    for (at, row) in triangle.iter_mut().enumerate() {
+        let (Some(mine), Some(other)) = (row.get_mut(at..), equation.get_mut(at..)) else { return };
+        let (Some(&a), Some(&b)) = (mine.first(), other.first()) else { return };
+        if b == 0.0 {
+            continue;
+        }
+        let scale = 1.0 / libm::sqrtf(a * a + b * b);
+        let (c, s) = (a * scale, b * scale);
+        for (mine, other) in mine.iter_mut().zip(other) {
+            (*mine, *other) = (c * *mine + s * *other, c * *other - s * *mine);
+        }
+    }
+}
+
 /// 1 on the diagonal.
 pub fn identity<T: Real, const N: usize>() -> SMatrix<T, N, N> {
     let mut out = SMatrix::<T, N, N>::repeat(T::ZERO);

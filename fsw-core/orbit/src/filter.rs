@@ -49,6 +49,16 @@ pub const MAX_GAP_US: i64 = MAX_SPANS as i64 * MAX_SPAN_US;
 const TOLD_SHARE: f64 = 0.1;
 const FOUR_PI_SQUARED: f64 = core::f64::consts::TAU * core::f64::consts::TAU;
 
+/// What stars say of the turn of a path against where it was taken to be, a rotation vector in it: values of
+/// unit variance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenTurn {
+    /// A value in each row: its derivatives by the turn, 1/rad. A row of zeros says nothing.
+    pub sensitivity: Matrix3<f32>,
+    /// The values measured.
+    pub measured: Vector3<f32>,
+}
+
 /// Result of an observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Update {
@@ -126,6 +136,13 @@ impl OrbitFilter {
         taken
     }
 
+    /// Takes how the Earth path is turned against the mounting of the parameters, and its sigmas, rad, as they
+    /// were told before a restart: for the orbit that begins next. `false`, and no change, where an orbit is
+    /// known or they are out of bounds.
+    pub fn initialise_mounting(&mut self, misalignment_rad: [f32; 3], sigma_rad: [f32; 3]) -> bool {
+        !self.known && self.estimate.begin_mounting(-Vector3::from(misalignment_rad), sigma_rad)
+    }
+
     fn estimate(&self) -> Option<&Estimate> {
         (self.known && !self.behind).then_some(&self.estimate)
     }
@@ -136,6 +153,12 @@ impl OrbitFilter {
 
     /// Resets the filter.
     pub fn reset(&mut self) {
+        self.lose();
+        self.estimate.forget_mounting();
+    }
+
+    /// Forgets the orbit, not how the paths are mounted: for where nothing has contradicted it.
+    pub fn lose(&mut self) {
         (self.known, self.behind) = (false, false);
         self.beginning.forget();
     }
@@ -173,10 +196,15 @@ impl OrbitFilter {
         }
     }
 
-    /// Sum of the words of the orbit that is known, 0 where none is. Another at the begin of a second than at
-    /// the end of the last tells of an upset.
+    /// Sum of the words of what is known of orbit and mounting, 0 where nothing is. Another at the begin of a
+    /// second than at the end of the last tells of an upset.
     pub fn word_sum(&self) -> u32 {
-        if self.known { self.estimate.word_sum().wrapping_add(1 + u32::from(self.behind)) } else { 0 }
+        let told = [self.known, self.behind].map(u32::from);
+        if self.known || self.estimate.mounting_is_known() {
+            told.into_iter().fold(self.estimate.word_sum(), u32::wrapping_add)
+        } else {
+            0
+        }
     }
 
     /// Whether it is still on its way across a gap.
@@ -206,17 +234,12 @@ impl OrbitFilter {
         }
     }
 
-    /// Takes in how the Earth path was seen to be turned against where [`Self::misalignment_rad`] has it, a
-    /// rotation vector in the Earth path, rad, with its covariance, rad²: by stars, which say nothing of the
-    /// place. It moves the place by what both have in common.
-    pub fn observe_mounting(
-        &mut self,
-        turn_rad: &Vector3<f32>,
-        covariance_rad2: &Matrix3<f32>,
-        parameters: &OrbitParameters,
-    ) {
+    /// Takes in how the Earth path was seen to be turned against where [`Self::misalignment_rad`] has it: by
+    /// stars, which say nothing of the place. It moves the place by what both have in common. What is not
+    /// `sure` is taken in together with the next that agrees with it and with what was known.
+    pub fn observe_mounting(&mut self, seen: &SeenTurn, sure: bool, parameters: &OrbitParameters) {
         if let Some(estimate) = self.estimate_mut() {
-            estimate.update_by_mounting(turn_rad, covariance_rad2, parameters);
+            estimate.update_by_mounting(seen, sure, parameters);
         }
     }
 
@@ -296,8 +319,10 @@ impl OrbitFilter {
         }
         self.behind = false;
         let propagated = self.estimate.propagate(to_us, parameters);
-        if propagated.is_err() {
-            self.reset();
+        match propagated {
+            Ok(()) => {}
+            Err(ResetReason::Backwards | ResetReason::TooLong) => self.lose(),
+            Err(ResetReason::Diverged) => self.reset(),
         }
         propagated
     }
@@ -334,12 +359,12 @@ impl OrbitFilter {
     }
 
     /// By what the Earth path is turned against the mounting of the parameters, rad: a rotation vector in the
-    /// Earth path; 0 until the orbit is known.
+    /// Earth path, learned by this orbit or one before it.
     pub fn misalignment_rad(&self) -> Vector3<f32> {
-        self.estimate().map_or(Vector3::zeros(), |estimate| -estimate.misalignment)
+        -self.estimate.misalignment
     }
 
-    /// Sigmas of the same, rad.
+    /// Sigmas of the same, rad; none until the orbit is known.
     pub fn misalignment_sigma_rad(&self) -> Option<[f32; 3]> {
         self.factor().map(|factor| [0, 1, 2].map(|axis| factor.sigma(MISALIGNMENT + axis)))
     }

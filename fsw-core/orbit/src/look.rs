@@ -7,6 +7,7 @@
 //! triangle `R` and `Rᵀ`-side of all rows so far, which holds their information without loss.
 
 use super::horizon::{WAVES, waves};
+use fsw_ground::matrix::rotate_into;
 use nalgebra::Vector3;
 
 /// Height of the limb at a point.
@@ -63,18 +64,7 @@ impl Look {
         }
         self.sum_s += since_s;
         self.count += 1.0;
-        for (at, row) in self.rows.iter_mut().enumerate() {
-            let (Some(mine), Some(other)) = (row.get_mut(at..), new.get_mut(at..)) else { return };
-            let (Some(&a), Some(&b)) = (mine.first(), other.first()) else { return };
-            if b == 0.0 {
-                continue;
-            }
-            let scale = 1.0 / libm::sqrtf(a * a + b * b);
-            let (c, s) = (a * scale, b * scale);
-            for (mine, other) in mine.iter_mut().zip(other) {
-                (*mine, *other) = (c * *mine + s * *other, c * *other - s * *mine);
-            }
-        }
+        rotate_into(&mut self.rows, &mut new);
     }
 
     /// The rows: coefficients of the waves, and what was measured of their combination.

@@ -6,35 +6,36 @@
 //! farther along.
 //!
 //! In: an image with both fields, its attitude by the star path. Out: how many stars the Earth path showed;
-//! the misalignment that the orbit goes on with. A field whose stars contradict each other says nothing.
+//! the misalignment that the orbit goes on with. Stars that contradict each other say nothing; one or two, any
+//! of which may be none, wait for another image that agrees with them.
 
 use super::Sensor;
 use super::propagation::Ephemeris;
 use super::workspace::measured;
 use crate::attitude::VectorPair;
-use crate::attitude::covariance::Information;
 use crate::attitude::filter::Filter;
-use crate::attitude::wahba::svd;
 use crate::camera::{Camera, CameraParameters};
 use crate::earth::reach;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionMethod;
 use crate::image::turn::Turn;
-use crate::matrix::symmetric_product;
+use crate::matrix::{Cholesky, add_to_diagonal, cross, dot, rotate_into, scaled, symmetric_product};
+use crate::orbit::filter::SeenTurn;
 use crate::order::fill;
 use crate::plan::{self, MAX_STAR_WINDOWS};
 use crate::stars::confirm::{MAX_FEW_STARS, match_predicted_stars};
 use crate::stars::predict::field_stars;
 use crate::stars::{MeasuredStar, StarField};
 use crate::telemetry::AttitudeReport;
+use crate::trigonometry::hypotenuse;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Stage, StageMeter, Window};
 use heapless::Vec;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// One of so many seconds: what is wrong with a star's place, pixel, lens and neighbours, lasts for some.
 const EVERY: u32 = 16;
-/// Two stars fix a field's attitude, a third one tests it.
-const FEWEST_STARS: usize = 3;
+/// So many stars that agree are believed at once, fewer with another image.
+const SURE_STARS: u8 = 3;
 /// Most spots in windows about [`MAX_FEW_STARS`] stars that are used.
 const MAX_SPOTS: usize = 2 * MAX_FEW_STARS;
 /// Sigmas within which the square of a field's residuals over theirs must be what is expected.
@@ -58,18 +59,61 @@ impl SecondField {
     }
 }
 
-/// The mounting as an image shows it.
-struct Mounted {
+/// What the stars of a path say of its turn against where it was taken to be, a rotation vector in it.
+#[derive(Default)]
+struct Turned {
+    /// Their equations as a triangle: three coefficients, then what was measured, of unit variance.
+    triangle: [[f32; 4]; 3],
+    /// Square of the residuals.
+    square: f32,
     stars: u8,
-    /// By what the Earth path is turned against where it was taken to be, and the covariance of that: a
-    /// rotation vector in the Earth path.
-    turn_rad: Vector3<f32>,
-    covariance_rad2: Matrix3<f32>,
+}
+
+impl Turned {
+    /// Takes a star in: the turn `v` moves it from its predicted direction `p` by `p × v`, which along the
+    /// first of two axes across `p` is minus the second's product with `v`, along the second the first's.
+    fn add(
+        &mut self,
+        VectorPair { measured, reference, sigma_rad }: &VectorPair,
+        attitude: &Rotation<Icrs, StarPath>,
+    ) {
+        let predicted = attitude.apply(reference);
+        let p = predicted.vector();
+        // No star of a field is at its pole.
+        let along = scaled(&Vector3::new(p.z, 0.0, -p.x), 1.0 / hypotenuse(p.z, p.x));
+        let across = cross(p, &along);
+        let off = measured.vector() - p;
+        for (axis, by) in [(along, -across), (across, along)] {
+            let mut equation = [by.x, by.y, by.z, dot(&axis, &off)].map(|value| value / sigma_rad);
+            rotate_into(&mut self.triangle, &mut equation);
+            let [.., left] = equation;
+            self.square += left * left;
+        }
+        self.stars += 1;
+    }
+
+    /// Whether the residuals are as the stars' sigmas say; one star has none.
+    fn agrees(&self) -> bool {
+        let freedom = (2.0 * f32::from(self.stars) - 3.0).max(0.0);
+        // False for what is no number, too.
+        self.square <= freedom + SQUARE_SIGMAS * libm::sqrtf(2.0 * freedom)
+    }
+
+    /// The same where the path is turned by `also_rad2`, a covariance, on top of it. `None` where that is none.
+    fn with(&self, also_rad2: &Matrix3<f32>) -> Option<SeenTurn> {
+        let rows = self.triangle.map(|[x, y, z, _]| RowVector3::new(x, y, z));
+        let sensitivity = Matrix3::from_rows(&rows);
+        let measured = self.triangle.map(|[.., measured]| measured).into();
+        let mut covariance = symmetric_product(&sensitivity, also_rad2);
+        add_to_diagonal(&mut covariance, 1.0);
+        let factor = Cholesky::of(&covariance)?;
+        Some(SeenTurn { sensitivity: factor.whitened(&sensitivity), measured: factor.whitened(&measured) })
+    }
 }
 
 impl Sensor<'_> {
     /// Measures the mounting in an image that shows stars through both paths, and tells the orbit of it. How
-    /// many stars the Earth path showed; 0 where they fix no attitude, `None` in a second without a look.
+    /// many stars the Earth path showed that do not contradict each other; `None` in a second without a look.
     ///
     /// # Errors
     /// Of the detector.
@@ -87,27 +131,27 @@ impl Sensor<'_> {
         meter.begin(Stage::Limb);
         let seen = self.see_mounting(detector, ephemeris, attitude);
         meter.end(Stage::Limb);
-        let Some(Mounted { stars, turn_rad, covariance_rad2 }) = seen? else { return Ok(Some(0)) };
+        let Some((stars, turn)) = seen? else { return Ok(Some(0)) };
         meter.begin(Stage::Orbit);
-        self.orbit.observe_mounting(&turn_rad, &covariance_rad2, &self.parameters.orbit);
+        self.orbit.observe_mounting(&turn, stars >= SURE_STARS, &self.parameters.orbit);
         meter.end(Stage::Orbit);
         Ok(Some(stars))
     }
 
-    /// The mounting by the stars of the Earth path; `None` where they fix no attitude, or it is not known
-    /// where the Earth hides them.
+    /// How many stars of the Earth path are seen, and what they say of its turn; `None` where there are none,
+    /// they contradict each other, or it is not known where the Earth hides them.
     fn see_mounting(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,
         ephemeris: &Ephemeris,
         attitude: &AttitudeReport,
-    ) -> Result<Option<Mounted>, DetectorError> {
+    ) -> Result<Option<(u8, SeenTurn)>, DetectorError> {
         let field = self.second_field(ephemeris, attitude, &detector.geometry());
         let Some(field) = field else { return Ok(None) };
         let (parameters, calibration) = (&self.parameters.detection, self.calibration.as_ref());
         let method = DetectionMethod { parameters, calibration, turn: field.turn(self.exposure_s()) };
         self.workspace.read_windows(detector, &field.windows, &method)?;
-        Ok(self.mounted(&field, attitude.sigma_rad))
+        Ok(self.turn_seen(&field, attitude.sigma_rad))
     }
 
     /// The Earth path's stars that no part of the Earth hides, by the attitude of the star path; `None` where
@@ -135,32 +179,22 @@ impl Sensor<'_> {
         Some(SecondField { camera, attitude, windows, rate_rad_s })
     }
 
-    /// The mounting by the spots of the windows; `None` where they are too few or contradict each other.
+    /// What the spots of the windows say of the path's turn.
     #[inline(never)]
-    fn mounted(&self, field: &SecondField, sigma_rad: [f32; 3]) -> Option<Mounted> {
+    fn turn_seen(&self, field: &SecondField, sigma_rad: [f32; 3]) -> Option<(u8, SeenTurn)> {
         let SecondField { camera, attitude, rate_rad_s, .. } = field;
         let mut spots = Vec::<MeasuredStar, MAX_SPOTS>::new();
         let detections = &self.workspace.detections;
         fill(&mut spots, measured(detections, camera, rate_rad_s.as_ref(), self.row_time_s()));
         let stars = StarField::whole(&spots, &self.catalogue, camera).calibrated(self.calibration.as_ref());
-        let matches = match_predicted_stars(attitude, &stars, f32::from(self.parameters.tracking.gate_px));
-        if matches.len() < FEWEST_STARS {
-            return None;
+        let mut turned = Turned::default();
+        for (_, pair) in &match_predicted_stars(attitude, &stars, f32::from(self.parameters.tracking.gate_px))
+        {
+            turned.add(pair, attitude);
         }
-        let mut pairs = Vec::<VectorPair, MAX_FEW_STARS>::new();
-        fill(&mut pairs, matches.iter().map(|(_, pair)| *pair));
-        let seen = svd::solve(&pairs).ok()?;
-        let square = pairs.iter().fold(0.0, |sum, VectorPair { measured, reference, sigma_rad }| {
-            let off = measured.vector() - seen.apply(reference).vector();
-            sum + off.dot(&off) / (sigma_rad * sigma_rad)
-        });
-        let freedom = 2.0 * pairs.len() as f32 - 3.0;
-        // Refuses what is no number, too.
-        let agree = square <= freedom + SQUARE_SIGMAS * libm::sqrtf(2.0 * freedom);
         let [x, y, z] = sigma_rad.map(|sigma| sigma * sigma);
         let of_star_path = Matrix3::from_diagonal(&Vector3::new(x, y, z));
-        let covariance_rad2 = Information::of(&pairs).covariance_rad2().filter(|_| agree)?
-            + symmetric_product(self.mounting().matrix(), &of_star_path);
-        Some(Mounted { stars: pairs.len() as u8, turn_rad: seen.angle_from(attitude), covariance_rad2 })
+        let turn = turned.with(&symmetric_product(self.mounting().matrix(), &of_star_path))?;
+        (turned.stars > 0 && turned.agrees()).then_some((turned.stars, turn))
     }
 }

@@ -60,7 +60,7 @@ impl Sensor<'_> {
         if let Some(terrestrial_us) = time.terrestrial_us {
             let lost = self.orbit.approach(terrestrial_us, &self.parameters.orbit).is_err();
             if lost || self.orbit.is_stale(terrestrial_us.saturating_sub(self.fixed_us)) {
-                self.forget_orbit();
+                self.lose_orbit();
                 events.note(Event::OrbitForgotten);
             }
             let update = self.orbit.proceed(&self.parameters.orbit);

@@ -184,7 +184,8 @@ pub(super) struct Record {
     pub(super) shutter_fault: Option<ShutterFault>,
     /// The paths that were to be open.
     pub(super) open: OpenPaths,
-    /// How many stars fixed the attitude of the Earth path; `None` where they were not looked for.
+    /// How many stars were seen through the Earth path that do not contradict each other; `None` where none
+    /// were looked for.
     pub(super) earth_path_stars: Option<u8>,
     pub(super) stars: StarRecord,
     pub(super) earth: EarthRecord,

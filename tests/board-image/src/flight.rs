@@ -145,13 +145,17 @@ impl Flight {
         })
     }
 
-    /// The orbit of before the restart, once, as soon as the sensor knows Terrestrial Time.
+    /// The orbit of before the restart, once, as soon as the sensor knows Terrestrial Time; the sensor takes how
+    /// the paths were mounted.
     #[inline(never)]
     fn orbit_of_before(&mut self) -> Option<GroundOrbit> {
         let now_us = self.instant_us.filter(|_| self.restarted)?;
         self.restarted = false;
         let record = self.store.kept(self.spare, now_us, MAX_AGE_US).ok()??;
-        telemetry::decode(record).ok()?.ground_orbit()
+        let before = telemetry::decode(record).ok()?;
+        let orbit = before.orbit.as_ref()?;
+        self.sensor.initialise_mounting(orbit.misalignment_rad, orbit.misalignment_sigma_rad);
+        before.ground_orbit()
     }
 
     /// Temperature of the magnetometer, deg C.

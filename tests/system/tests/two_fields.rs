@@ -17,9 +17,10 @@ struct TwoFields {
     /// Seconds in which the Earth path's filter was out, and of these with the Earth lit.
     clear_s: u32,
     lit_s: u32,
-    /// Looks at its stars, and those that fixed its attitude.
+    /// Looks at its stars, those that saw some that agree, and how many these were on average.
     looks: u32,
-    fixed: u32,
+    seen: u32,
+    stars: f64,
 }
 
 fn fly_two_fields(seconds: u32, change: impl FnOnce(&mut Scenario)) -> TwoFields {
@@ -33,7 +34,7 @@ fn fly_two_fields(seconds: u32, change: impl FnOnce(&mut Scenario)) -> TwoFields
     let turned = rotation(scenario.mount.star_to_earth()).angle_from(&told);
     let arcsec = |angle: f32| f64::from(angle).to_degrees() * 3600.0;
     let [error, sigma] = [[f64::NAN; 3]; 2];
-    let mut flown = TwoFields { error, sigma, clear_s: 0, lit_s: 0, looks: 0, fixed: 0 };
+    let mut flown = TwoFields { error, sigma, clear_s: 0, lit_s: 0, looks: 0, seen: 0, stars: 0.0 };
     let mut worst = 0.0f64;
     flights::fly(&scenario, |second| {
         let report = second.report;
@@ -41,16 +42,19 @@ fn fly_two_fields(seconds: u32, change: impl FnOnce(&mut Scenario)) -> TwoFields
         flown.clear_s += u32::from(report.earth_path_clear);
         flown.lit_s += u32::from(report.earth_path_clear && second.truth.state != SensorState::Eclipse);
         flown.looks += u32::from(report.earth_path_stars.is_some());
-        flown.fixed += u32::from(report.earth_path_stars.is_some_and(|stars| stars > 0));
+        if let Some(stars) = report.earth_path_stars.filter(|stars| *stars > 0) {
+            flown.stars += (f64::from(stars) - flown.stars) / f64::from(flown.seen + 1);
+            flown.seen += 1;
+        }
         if let Some(orbit) = report.orbit {
             flown.error = [0, 1, 2].map(|axis| arcsec(orbit.misalignment_rad[axis] - turned[axis]));
             flown.sigma = orbit.misalignment_sigma_rad.map(arcsec);
         }
     });
-    let TwoFields { error, sigma, clear_s, lit_s, looks, fixed } = &flown;
+    let TwoFields { error, sigma, clear_s, lit_s, looks, seen, stars } = &flown;
     println!(
-        "filter out for {clear_s} s, {lit_s} with a lit Earth; {fixed} of {looks} looks; mounting {error:.2?} \
-         arcsec off of {sigma:.2?}; attitude {worst:.1} sigma"
+        "filter out for {clear_s} s, {lit_s} with a lit Earth; {seen} of {looks} looks with {stars:.1} stars; \
+         mounting {error:.2?} arcsec off of {sigma:.2?}; attitude {worst:.1} sigma"
     );
     assert!(worst < 6.0);
     flown
@@ -61,7 +65,7 @@ fn stars_around_the_dark_earth_tell_how_the_paths_are_mounted() {
     let flown = fly_two_fields(5100, |_| {});
     // The Sun is deeper than 5 deg below the limb for 20 minutes.
     assert!((1100..1250).contains(&flown.clear_s) && flown.lit_s == 0);
-    assert!(flown.looks >= flown.clear_s / 16 && 10 * flown.fixed >= 9 * flown.looks);
+    assert!(flown.looks >= flown.clear_s / 16 && 10 * flown.seen >= 9 * flown.looks);
     for (error, sigma) in flown.error.iter().zip(flown.sigma) {
         assert!(sigma < 3.0 && error.abs() < 3.5 * sigma);
     }
@@ -70,6 +74,15 @@ fn stars_around_the_dark_earth_tell_how_the_paths_are_mounted() {
     for (error, sigma) in far.error.iter().zip(far.sigma) {
         assert!(error.abs() < 3.5 * sigma);
     }
+}
+
+#[test]
+fn one_or_two_stars_tell_it_too() {
+    // The reference instrument's mirror.
+    let flown = fly_two_fields(5100, |scenario| scenario.earth = scenario.earth.behind(0.09));
+    assert!(flown.stars < 2.0 && 3 * flown.seen >= 2 * flown.looks);
+    assert!(flown.error.iter().zip(flown.sigma).all(|(error, sigma)| error.abs() < 3.5 * sigma));
+    assert!(flown.sigma[..2].iter().all(|sigma| *sigma < 3.0));
 }
 
 #[test]

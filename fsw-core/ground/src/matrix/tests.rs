@@ -87,3 +87,27 @@ fn a_cross_matrix_times_a_vector_is_the_vector_product() {
     assert_eq!(dot(&v, &w), v.x * w.x + v.y * w.y + v.z * w.z);
     assert_eq!(identity::<f32, 3>(), Matrix3::identity());
 }
+
+#[test]
+fn equations_taken_into_a_triangle_have_the_least_squares_solution_and_its_residuals() {
+    for seed in 0..50 {
+        let coefficients = random::<12, 3>(seed).map(|value| value as f32);
+        let right = random::<12, 1>(seed + 1000).map(|value| value as f32);
+        let mut triangle = [[0.0f32; 4]; 3];
+        let mut square = 0.0;
+        for (row, value) in coefficients.row_iter().zip(right.iter()) {
+            let mut equation = [row[0], row[1], row[2], *value];
+            rotate_into(&mut triangle, &mut equation);
+            square += equation[3] * equation[3];
+        }
+        let [[a, b, c, x], [d, e, f, y], [g, h, i, z]] = triangle;
+        assert!([d, g, h].iter().all(|below| *below == 0.0));
+        let triangle = Matrix3::new(a, b, c, 0.0, e, f, 0.0, 0.0, i);
+        let found = triangle.try_inverse().unwrap() * Vector3::new(x, y, z);
+        let normal = coefficients.transpose() * coefficients;
+        let expected = normal.try_inverse().unwrap() * (coefficients.transpose() * right);
+        assert!((found - expected).amax() < 1e-4 * expected.amax(), "{seed}: {found} {expected}");
+        let left = (coefficients * expected - right).norm_squared();
+        assert!((square / left - 1.0).abs() < 1e-4, "{seed}: {square} {left}");
+    }
+}

@@ -3,7 +3,7 @@
 mod growth;
 mod looking;
 
-use super::{MAX_GAP_US, MAX_SPANS, ResetReason};
+use super::{MAX_GAP_US, MAX_SPANS, ResetReason, SeenTurn};
 use crate::OrbitState;
 use crate::beginning::FirstOrbit;
 use crate::body::CentralBody;
@@ -15,7 +15,7 @@ use crate::factor::{Factor, MISALIGNMENT, MOTION, POSITION, Row, STATES, VELOCIT
 use crate::horizon::{self, LimbGeometry, WAVES};
 use crate::look::Look;
 use crate::parameters::{Misalignment, OrbitParameters};
-use fsw_ground::matrix::{Cholesky, add_scaled_long, dot, dot_long, identity};
+use fsw_ground::matrix::{Cholesky, add_scaled_long, dot, dot_long, plus_scaled, product};
 use fsw_ground::word_sum;
 use looking::Taking;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
@@ -117,7 +117,11 @@ pub(super) struct Estimate {
     /// Misalignment of the paths, rad: a rotation vector in the Earth path, which is turned by its opposite
     /// when limb points are taken.
     pub(super) misalignment: Vector3<f32>,
+    /// Whether misalignment and its sigmas go on into the next orbit.
+    mounting_known: bool,
     pub(super) factor: Factor,
+    /// What was seen last of the Earth path's turn and is not sure: against the parameters' mounting.
+    unsure: Option<SeenTurn>,
     /// Time since noise was added, s.
     noise_s: f64,
     /// The look at the limb under way.
@@ -146,7 +150,9 @@ impl Estimate {
             state: OrbitState { time_us: 0, position_km: nothing, velocity_km_s: nothing },
             horizon: [0.0; STATES],
             misalignment: Vector3::new(0.0, 0.0, 0.0),
+            mounting_known: false,
             factor: Factor::new(),
+            unsure: None,
             noise_s: 0.0,
             look: None,
             taking: None,
@@ -173,7 +179,12 @@ impl Estimate {
             return false;
         };
         self.body = body;
-        let (horizon, sigmas) = horizon::prior(&geometry, parameters);
+        let (horizon, mut sigmas) = horizon::prior(&geometry, parameters);
+        if self.mounting_known {
+            for (state, sigma) in sigmas.iter_mut().enumerate().skip(MISALIGNMENT) {
+                *sigma = self.factor.sigma(state);
+            }
+        }
         self.factor.begin(&sigmas);
         for (column, elements) in root.data.0.iter().enumerate() {
             for (row, element) in elements.iter().enumerate() {
@@ -190,9 +201,36 @@ impl Estimate {
         }
         (self.state, self.horizon) = (*state, horizon);
         (self.noise_s, self.look, self.taking, self.next_look_us) = (0.0, None, None, state.time_us);
-        (self.settled, self.contradicted, self.misalignment) = (false, 0.0, Vector3::zeros());
+        (self.settled, self.contradicted) = (false, 0.0);
         self.check_settled(parameters);
-        self.is_valid()
+        self.mounting_known = self.is_valid();
+        self.mounting_known
+    }
+
+    /// Whether it holds how the paths are mounted, for the next orbit too.
+    pub(super) fn mounting_is_known(&self) -> bool {
+        self.mounting_known
+    }
+
+    /// The next orbit begins with this misalignment. `false`, and no change, where it is out of bounds.
+    pub(super) fn begin_mounting(&mut self, misalignment: Vector3<f32>, sigma_rad: [f32; 3]) -> bool {
+        let sound = |angle: &f32| libm::fabsf(*angle) < GREATEST_MISALIGNMENT_RAD;
+        let spread = |sigma: &f32| *sigma > 0.0 && sound(sigma);
+        if !misalignment.iter().all(sound) || !sigma_rad.iter().all(spread) {
+            return false;
+        }
+        let mut sigmas = [0.0; STATES];
+        for (place, sigma) in sigmas.iter_mut().skip(MISALIGNMENT).zip(sigma_rad) {
+            *place = sigma;
+        }
+        self.factor.begin(&sigmas);
+        (self.mounting_known, self.misalignment, self.unsure) = (true, misalignment, None);
+        true
+    }
+
+    /// The next orbit begins with the mounting of the parameters.
+    pub(super) fn forget_mounting(&mut self) {
+        (self.mounting_known, self.misalignment, self.unsure) = (false, Vector3::zeros(), None);
     }
 
     /// Sets `settled` once the sigmas of position and velocity are below `settled_share` of their length.
@@ -272,24 +310,36 @@ impl Estimate {
         self.update(rows, parameters)
     }
 
-    /// As [`Self::update`] by a measured turn of the Earth path. The misalignment is estimated, whatever is
-    /// done by the limb. One beyond the gate does not contradict the orbit.
+    /// As [`Self::update`] by what is seen of the Earth path's turn. The misalignment is estimated, whatever is
+    /// done by the limb. What is beyond the gate does not contradict the orbit. What is not `sure` may be no
+    /// star: it waits for the next, and both must agree within the gate.
     #[inline(never)]
-    pub(super) fn update_by_mounting(
-        &mut self,
-        turn_rad: &Vector3<f32>,
-        covariance_rad2: &Matrix3<f32>,
-        parameters: &OrbitParameters,
-    ) {
-        let Some(factor) = Cholesky::of(covariance_rad2) else { return };
-        let (white, measured) = (factor.whitened(&identity::<f32, 3>()), factor.whitened(turn_rad));
+    pub(super) fn update_by_mounting(&mut self, seen: &SeenTurn, sure: bool, parameters: &OrbitParameters) {
+        // The path is turned by the misalignment's opposite.
+        let SeenTurn { sensitivity, measured } = seen;
+        let by_known = product(sensitivity, &self.misalignment);
+        let now = SeenTurn { measured: plus_scaled(measured, -1.0, &by_known), ..*seen };
+        let before = self.unsure.take().filter(|_| !sure);
         let mut rows = Rows::of_fix();
-        let places = rows.sensitivities.iter_mut().zip(&mut rows.innovations);
-        for (((sensitivity, innovation), white), turn) in places.zip(white.row_iter()).zip(&measured) {
-            // The path is turned by the misalignment's opposite.
-            *innovation = -turn;
-            for (place, element) in sensitivity.iter_mut().skip(MISALIGNMENT).zip(&white) {
-                *place = *element;
+        let mut places = rows.sensitivities.iter_mut().zip(&mut rows.innovations);
+        for SeenTurn { sensitivity, measured } in [Some(now), before].iter().flatten() {
+            let innovations = plus_scaled(measured, 1.0, &product(sensitivity, &self.misalignment));
+            for ((row, value), (place, innovation)) in
+                sensitivity.row_iter().zip(&innovations).zip(&mut places)
+            {
+                *innovation = *value;
+                for (place, element) in place.iter_mut().skip(MISALIGNMENT).zip(&row) {
+                    *place = -element;
+                }
+            }
+        }
+        if !sure {
+            let (nis, _) = self.nis(&rows);
+            // False for what is no number, too.
+            let agree = nis.square <= nis.gate(parameters.gate_sigma);
+            if before.is_none() || !agree {
+                self.unsure = Some(now);
+                return;
             }
         }
         let contradicted = self.contradicted;

@@ -170,8 +170,11 @@ fn a_mounting_that_stars_show_takes_its_error_out_of_the_place() {
     assert!(before_km > 4.0 && filter.misalignment_rad() == Vector3::zeros(), "{before_km}");
     let sigma_rad = 2e-6;
     let turn_rad = -misalignment.map(|angle| angle as f32);
-    let covariance_rad2 = Matrix3::identity() * (sigma_rad * sigma_rad);
-    filter.observe_mounting(&turn_rad, &covariance_rad2, &parameters);
+    let seen = |turn_rad: Vector3<f32>| SeenTurn {
+        sensitivity: Matrix3::identity() / sigma_rad,
+        measured: turn_rad / sigma_rad,
+    };
+    filter.observe_mounting(&seen(turn_rad), true, &parameters);
     let (after_km, after_sigma_km) = (off_km(&filter), position_sigma_km(&filter));
     println!("{before_km:.2} km off of {before_sigma_km:?}, then {after_km:.2} of {after_sigma_km:?}");
     assert!(after_km < 0.2 * before_km);
@@ -183,11 +186,84 @@ fn a_mounting_that_stars_show_takes_its_error_out_of_the_place() {
     // Looks at the limb leave the misalignment as it is known, and its sigma.
     filter.update_by_fix(&good_fix(&truth), &Matrix3::identity(), &parameters);
     assert!((filter.misalignment_rad() - turn_rad).norm() < 2.0 * sigma_rad);
-    // What is no covariance says nothing.
+    // What is no number says nothing.
     let known = filter.clone();
-    filter.observe_mounting(&turn_rad, &Matrix3::zeros(), &parameters);
-    filter.observe_mounting(&turn_rad, &Matrix3::from_element(f32::NAN), &parameters);
+    filter.observe_mounting(&seen(Vector3::repeat(f32::NAN)), true, &parameters);
     assert_eq!((filter.state(), filter.misalignment_rad()), (known.state(), known.misalignment_rad()));
+}
+
+#[test]
+fn a_turn_that_is_not_sure_waits_for_another_that_agrees() {
+    let parameters = positions();
+    let mut filter = OrbitFilter::new();
+    assert!(filter.initialise(circular(42_164.0, 1.0), 10.0, 1e-3, &parameters));
+    // Stars of 4e-6 rad that do not see a turn about the line of sight, the path being turned by `turn_rad`.
+    let sigma_rad = 4e-6;
+    let sensitivity = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 0.0)) / sigma_rad;
+    let true_rad = Vector3::new(3e-5, -6e-5, 0.0);
+    let mut look = |turn_rad: Vector3<f32>| {
+        let measured = sensitivity * (turn_rad - filter.misalignment_rad());
+        filter.observe_mounting(&SeenTurn { sensitivity, measured }, false, &parameters);
+        (filter.misalignment_rad(), filter.misalignment_sigma_rad().unwrap())
+    };
+    // What is seen in one image alone is not believed, nor two that contradict each other, nor what is far
+    // from what was known and comes again.
+    let (stray_rad, far_rad) = (Vector3::new(-2e-5, 6e-5, 0.0), Vector3::new(1e-3, 0.0, 0.0));
+    for turn_rad in [far_rad, far_rad, stray_rad, true_rad] {
+        assert_eq!(look(turn_rad).0, Vector3::zeros());
+    }
+    let (found_rad, [x, y, z]) = look(true_rad);
+    assert!((found_rad - true_rad).norm() < sigma_rad, "{found_rad}");
+    for sigma in [x, y] {
+        assert!((sigma / sigma_rad * 2f32.sqrt() - 1.0).abs() < 0.1, "{sigma}");
+    }
+    assert!(z == parameters.misalignment_sigma_rad);
+    // Both are used up.
+    assert_eq!(look(true_rad).1, [x, y, z]);
+    assert!(look(true_rad).1[0] < 0.8 * x);
+}
+
+#[test]
+fn what_was_learned_of_the_mounting_goes_on_into_another_orbit() {
+    let parameters = positions();
+    let mut filter = OrbitFilter::new();
+    let truth = circular(42_164.0, 1.0);
+    let begin = |filter: &mut OrbitFilter| assert!(filter.initialise(truth, 10.0, 1e-3, &parameters));
+    let mounting = |filter: &OrbitFilter| (filter.misalignment_rad(), filter.misalignment_sigma_rad());
+    begin(&mut filter);
+    let prior = mounting(&filter);
+    let sensitivity = Matrix3::identity() / 4e-6;
+    let seen = SeenTurn { sensitivity, measured: Vector3::new(10.0, 0.0, -5.0) };
+    filter.observe_mounting(&seen, true, &parameters);
+    let (learned_rad, sigma_rad) = mounting(&filter);
+    let sigma_rad = sigma_rad.unwrap();
+    assert!(learned_rad.norm() > 4e-5 && sigma_rad[0] < 5e-6);
+    let kept = |filter: &OrbitFilter| {
+        let (now_rad, sigma) = mounting(filter);
+        let same = sigma.unwrap().iter().zip(&sigma_rad).all(|(one, other)| (one / other - 1.0).abs() < 1e-5);
+        same && now_rad == learned_rad
+    };
+    // By another orbit of the ground, and over a gap; its upsets are found in the meantime.
+    begin(&mut filter);
+    assert!(kept(&filter));
+    assert_eq!(filter.advance(truth.time_us - 1, &parameters), Err(ResetReason::Backwards));
+    assert!(filter.state().is_none() && filter.misalignment_rad() == learned_rad && filter.word_sum() != 0);
+    begin(&mut filter);
+    assert!(kept(&filter));
+    // Over a restart by what was told; an orbit that is known keeps its own, and what is out of bounds is none.
+    let mut restarted = OrbitFilter::new();
+    for (turn_rad, sigma) in [(f32::NAN, 1e-6), (0.0, 0.0), (0.0, f32::INFINITY), (0.2, 1e-6)] {
+        assert!(!restarted.initialise_mounting([turn_rad; 3], [sigma; 3]));
+    }
+    assert!(restarted.misalignment_rad() == Vector3::zeros() && restarted.word_sum() == 0);
+    assert!(restarted.initialise_mounting(learned_rad.into(), sigma_rad) && restarted.word_sum() != 0);
+    begin(&mut restarted);
+    assert!(kept(&restarted) && !restarted.initialise_mounting([0.0; 3], sigma_rad));
+    // Not over a reset.
+    filter.reset();
+    assert!(filter.misalignment_rad() == Vector3::zeros() && filter.word_sum() == 0);
+    begin(&mut filter);
+    assert_eq!(mounting(&filter), prior);
 }
 
 #[test]

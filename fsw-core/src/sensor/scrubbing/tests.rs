@@ -183,6 +183,40 @@ fn a_damaged_orbit_begins_anew_with_the_one_told_last_and_three_times_its_sigma(
 }
 
 #[test]
+fn the_mounting_of_before_a_restart_is_that_of_the_orbit_after_it_and_an_upset_is_found() {
+    let state = OrbitState {
+        time_us: 800_000_000_000_000,
+        position_km: Vector3::new(7000.0, 0.0, 0.0),
+        velocity_km_s: Vector3::new(0.0, 5.0, 5.5),
+    };
+    let (turn_rad, sigma_rad) = ([1e-4, -2e-4, 3e-4], [3e-6, 3e-6, 9e-6]);
+    with_sensor(|sensor| {
+        let told = |sensor: &mut Sensor| {
+            let report = sensor.orbit_report(None, &mut Events::default()).unwrap();
+            (report.misalignment_rad, report.misalignment_sigma_rad)
+        };
+        let as_parameters = sensor.mounting();
+        assert!(sensor.initialise_mounting(turn_rad, sigma_rad));
+        assert!(scrubbed(sensor).is_empty());
+        let turned = sensor.mounting().angle_from(&as_parameters);
+        assert!((turned - Vector3::from(turn_rad)).norm() < 1e-6, "{turned}");
+        assert!(sensor.initialise_orbit(state, 2.0, 0.002));
+        assert_eq!(told(sensor), (turn_rad, sigma_rad));
+        assert!(scrubbed(sensor).is_empty() && !sensor.initialise_mounting([0.0; 3], sigma_rad));
+        // An orbit that the clock has left behind leaves it to the next, one that was damaged does not.
+        sensor.lose_orbit();
+        sensor.seal(None);
+        assert!(scrubbed(sensor).is_empty() && sensor.initialise_orbit(state, 2.0, 0.002));
+        assert_eq!(told(sensor), (turn_rad, sigma_rad));
+        sensor.lose_orbit();
+        sensor.seal(None);
+        assert!(sensor.orbit.initialise_mounting([0.0, 0.0, 1e-3], sigma_rad));
+        assert_eq!(scrubbed(sensor), [Event::OrbitForgotten]);
+        assert!(sensor.initialise_orbit(state, 2.0, 0.002) && told(sensor).0 == [0.0; 3]);
+    });
+}
+
+#[test]
 fn parameters_that_are_lost_end_in_safe_mode_until_a_table_is_loaded() {
     with_sensor(|sensor| {
         let loaded = sensor.parameters;

@@ -589,8 +589,8 @@ pub const COLUMNS: &[Columns] = &[
     numbers(
         &["earth_path_stars"],
         ("", ""),
-        "stars that fixed the attitude of the Earth path, its filter out of the way, 0: none did; empty where it \
-         was not looked for",
+        "stars seen through the Earth path, its filter out of the way, that do not contradict each other; empty \
+         where none were looked for",
         0,
         |of| one(of.second.report.earth_path_stars?),
     ),
