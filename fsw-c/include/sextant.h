@@ -1165,7 +1165,8 @@ typedef struct sextant_result {
      */
     bool earth_path_clear;
     /**
-     * How many stars fixed the attitude of the Earth path; 0: none did, or it was not looked for.
+     * How many stars were seen through the Earth path that do not contradict each other; 0: none, or none were
+     * looked for.
      */
     uint8_t earth_path_stars;
 } sextant_result;

@@ -72,6 +72,7 @@ use fsw_hal::{
     Clock, Detector, DetectorError, Error, LocalTime, Magnetometer, RateSensor, Shutter, Stage, StageMeter,
 };
 use motion::Motion;
+use nalgebra::Vector3;
 use propagation::Ephemeris;
 use record::{Events, Record, StarRecord};
 use scrubbing::{Scrubber, Seal, Spare};
@@ -171,6 +172,9 @@ pub struct Sensor<'c> {
     usual_ground: UsualGround,
     /// Seconds in a row in which the Earth was looked for without a centre.
     earth_misses: u8,
+    /// Line of sight of the Earth path, ICRS, in the last image whose stars told how it is mounted; 0 before
+    /// one did.
+    mounting_seen_at: Vector3<f32>,
     /// Of the last two images, and of the last one that was not disturbed.
     fingerprints: [Fingerprint; 3],
     /// What is usual of the images' noise, and the last attitude of an image that is known to be new.
@@ -257,6 +261,7 @@ impl<'c> Sensor<'c> {
             converged: false,
             usual_ground: UsualGround::default(),
             earth_misses: 0,
+            mounting_seen_at: Vector3::zeros(),
             fingerprints: [Fingerprint::default(); 3],
             freshness: freshness::Freshness::default(),
             searching_since: None,
@@ -343,6 +348,7 @@ impl<'c> Sensor<'c> {
     /// Forgets the orbit and what it learned of the mounting.
     fn forget_orbit(&mut self) {
         self.orbit.reset();
+        self.mounting_seen_at = Vector3::zeros();
         self.lose_orbit();
     }
 

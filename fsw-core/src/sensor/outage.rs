@@ -5,6 +5,7 @@ use super::exposing::Image;
 use super::propagation::Ephemeris;
 use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
+use crate::frames::{Icrs, Rotation, StarPath};
 use crate::modes::Mode;
 use crate::outages::fields_met;
 use crate::shutting::{EarthFilter, SunPlace};
@@ -40,11 +41,21 @@ impl Sensor<'_> {
         let in_star_path = attitude.apply(&ephemeris.sun);
         let in_earth_path = self.mounting().apply(&in_star_path);
         let radius_rad = SUN_RADIUS_RAD + margin_rad;
-        let hidden = || {
-            let view = self.known_view(ephemeris, &attitude);
-            view.is_some_and(|view| view.hides_disc(&in_earth_path, radius_rad))
-        };
+        let hidden = || self.earth_hides_sun(ephemeris, &attitude, margin_rad);
         Some(fields_met(&self.camera, (&in_star_path, &in_earth_path), radius_rad, hidden))
+    }
+
+    /// Whether the Earth hides the Sun's disc, at this attitude of the star path, and whatever is within
+    /// `margin_rad` of it.
+    fn earth_hides_sun(
+        &self,
+        ephemeris: &Ephemeris,
+        attitude: &Rotation<Icrs, StarPath>,
+        margin_rad: f32,
+    ) -> bool {
+        let sun = self.mounting().apply(&attitude.apply(&ephemeris.sun));
+        let view = self.known_view(ephemeris, attitude);
+        view.is_some_and(|view| view.hides_disc(&sun, SUN_RADIUS_RAD + margin_rad))
     }
 
     /// Whether no light of the Earth can come into the Earth path at `instant`: the Sun is deeper below its
@@ -52,13 +63,9 @@ impl Sensor<'_> {
     /// touches lit ground has Sun and satellite on its upper side, and nothing of the Earth between them.
     #[inline(never)]
     fn earth_gives_no_light(&self, ephemeris: &Ephemeris, instant: LocalTime) -> bool {
-        let Some((attitude, _)) = self.motion.as_ref().and_then(|motion| motion.at(instant)) else {
-            return false;
-        };
-        let Some(view) = self.known_view(ephemeris, &attitude) else { return false };
-        let sun = self.mounting().apply(&attitude.apply(&ephemeris.sun));
         let twilight_rad = self.parameters.earth.light.twilight_deg.to_radians();
-        view.hides_disc(&sun, SUN_RADIUS_RAD + twilight_rad)
+        let attitude = self.motion.as_ref().and_then(|motion| motion.at(instant));
+        attitude.is_some_and(|(attitude, _)| self.earth_hides_sun(ephemeris, &attitude, twilight_rad))
     }
 
     /// Decides which paths are open in the next second; nothing is new of a second without an image.

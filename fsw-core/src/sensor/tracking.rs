@@ -4,8 +4,9 @@ use super::Sensor;
 use super::propagation::Ephemeris;
 use super::record::StarRecord;
 use crate::attitude::filter::Filter;
-use crate::camera::CameraParameters;
+use crate::camera::{Camera, CameraParameters};
 use crate::earth::reach;
+use crate::earth::view::{EarthMask, View};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionMethod;
 use crate::image::matched::LEAST_WAY_PX;
@@ -20,6 +21,7 @@ use crate::telemetry::{Activity, Outcome};
 use crate::trigonometry::hypotenuse;
 use fsw_hal::{Detector, DetectorError, DetectorGeometry, Stage, StageMeter, Window};
 use heapless::Vec;
+use nalgebra::Vector3;
 
 /// Largest common logarithm of the chance that spots anywhere in the windows match as well as the stars of an
 /// attitude do: as often as not. Parts of streaks, as a fast slew begins, matched as chance does in 95 %.
@@ -201,12 +203,7 @@ impl Sensor<'_> {
         // A shut Earth path hides nothing.
         let seen = ephemeris.filter(|_| self.shutting.open().earth());
         let earth = seen.and_then(|ephemeris| self.known_view(ephemeris, &attitude));
-        // A window that the limb's glow reaches is no good either.
-        let margin_rad = (f32::from(gate_px) + reach::STRIP_MARGIN_PX) * self.camera.rad_per_px();
-        let mask = earth.as_ref().map(|earth| {
-            let glow_rad = reach::glow_km(&self.parameters.earth) / earth.limb_distance_km();
-            earth.mask(glow_rad + margin_rad, &self.parameters.earth)
-        });
+        let mask = earth.as_ref().map(|earth| self.mask(earth, gate_px));
         let hidden = |at_px| {
             let seen = mask.as_ref().zip(self.camera.earth_direction(at_px));
             seen.is_some_and(|(mask, direction)| mask.hides(&direction))
@@ -218,6 +215,14 @@ impl Sensor<'_> {
             windows = plan::star_windows(&stars, geometry, gate_px, |_| false);
         }
         Some(Expectation { attitude, stars, windows })
+    }
+
+    /// Where windows show the Earth: one that the limb's glow reaches is no good either.
+    #[inline(never)]
+    pub(super) fn mask<'v>(&self, earth: &'v View, gate_px: u16) -> EarthMask<'v> {
+        let margin_rad = (f32::from(gate_px) + reach::STRIP_MARGIN_PX) * self.camera.rad_per_px();
+        let glow_rad = reach::glow_km(&self.parameters.earth) / earth.limb_distance_km();
+        earth.mask(glow_rad + margin_rad, &self.parameters.earth)
     }
 
     /// Moves predicted stars to where they are at the time of their rows.
@@ -245,10 +250,8 @@ impl Sensor<'_> {
         let filtered = self.motion.as_ref().and_then(Filter::rate);
         let rate = filtered.or_else(|| self.turning.rate_at(self.now))?;
         let exposure_s = self.exposure_s();
-        let turn_rad = rate.rad_s * exposure_s;
-        let CameraParameters { optical_centre_px, focal_length_px, mirrored, .. } = *self.camera.parameters();
         (self.farthest_px(&(rate.sigma_rad_s * exposure_s)) < LEAST_WAY_PX)
-            .then(|| Turn::new(optical_centre_px, focal_length_px, mirrored, turn_rad.into()))
+            .then(|| turn_of(&self.camera, &(rate.rad_s * exposure_s)))
     }
 
     /// By how much the mean of the light may turn the attitude of an image within which the turn changes, one
@@ -345,4 +348,10 @@ impl Sensor<'_> {
         fill(&mut stars.matches, few.iter().map(|(found, _)| *found));
         Some(Outcome::Tracked)
     }
+}
+
+/// A small turn of a camera about its axes, rad, as the image shows it.
+pub(super) fn turn_of(camera: &Camera, turn_rad: &Vector3<f32>) -> Turn {
+    let CameraParameters { optical_centre_px, focal_length_px, mirrored, .. } = *camera.parameters();
+    Turn::new(optical_centre_px, focal_length_px, mirrored, (*turn_rad).into())
 }

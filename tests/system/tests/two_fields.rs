@@ -6,6 +6,7 @@ use crate::flights::{self, scenario};
 use fsw_core::frames::{EarthPath, Rotation, StarPath};
 use fsw_hal::OpenPaths;
 use sil_host::scenario::{Believed, Scenario};
+use sil_host::world::motion::pointing::{Aim, Law};
 use sil_host::world::motion::trajectory::SensorState;
 
 /// A flight of geo-two-fields whose mounting alone is told wrong.
@@ -83,6 +84,20 @@ fn one_or_two_stars_tell_it_too() {
     assert!(flown.stars < 2.0 && 3 * flown.seen >= 2 * flown.looks);
     assert!(flown.error.iter().zip(flown.sigma).all(|(error, sigma)| error.abs() < 3.5 * sigma));
     assert!(flown.sigma[..2].iter().all(|sigma| *sigma < 3.0));
+}
+
+/// Every star keeps its pixels, and what is wrong with its place there.
+#[test]
+fn a_field_at_rest_is_one_look_however_long_it_is_looked_at() {
+    let flown = fly_two_fields(5100, |scenario| {
+        // The Earth's direction in second 4,400.
+        let aim = Aim { ra_deg: 180.35, dec_deg: 0.0, roll_deg: 0.0 };
+        scenario.pointing = Law::Inertial(aim).into();
+    });
+    assert!(flown.clear_s > 1000 && flown.seen == 1 && flown.stars > 2.0);
+    for (error, sigma) in flown.error.iter().zip(flown.sigma) {
+        assert!(sigma > 2.0 && error.abs() < 3.5 * sigma);
+    }
 }
 
 #[test]

@@ -117,7 +117,7 @@ pub(super) struct Estimate {
     /// Misalignment of the paths, rad: a rotation vector in the Earth path, which is turned by its opposite
     /// when limb points are taken.
     pub(super) misalignment: Vector3<f32>,
-    /// Whether misalignment and its sigmas go on into the next orbit.
+    /// Whether misalignment and its sigmas go on into the next orbit; where not, it is 0.
     mounting_known: bool,
     pub(super) factor: Factor,
     /// What was seen last of the Earth path's turn and is not sure: against the parameters' mounting.
@@ -203,8 +203,13 @@ impl Estimate {
         (self.noise_s, self.look, self.taking, self.next_look_us) = (0.0, None, None, state.time_us);
         (self.settled, self.contradicted) = (false, 0.0);
         self.check_settled(parameters);
-        self.mounting_known = self.is_valid();
-        self.mounting_known
+        let valid = self.is_valid();
+        if valid {
+            self.mounting_known = true;
+        } else {
+            self.forget_mounting();
+        }
+        valid
     }
 
     /// Whether it holds how the paths are mounted, for the next orbit too.
