@@ -17,6 +17,7 @@ use crate::flight::{self, StarCalibration};
 use crate::judge::Judged;
 use crate::judge::second::image_cycle;
 use crate::scenario::{Believed, Scenario};
+use crate::world::attitude::Vector;
 use crate::world::instruments::gyro::Gyro;
 use crate::world::instruments::magnetometer::BodyMagnetometer;
 use crate::world::scene::{Scene, Truth};
@@ -153,6 +154,8 @@ pub struct Flight<'a, F = Sensor<'a>> {
     windows: Vec<Window>,
     /// Where the shutters stand.
     stand: Cell<OpenPaths>,
+    /// By what the paths are turned against what the flight code is told, rad.
+    misalignment_rad: Vector,
 }
 
 /// By how much a second is late after one that was late by `before_us`, us.
@@ -222,7 +225,9 @@ impl<'a, F: FlightCode> Flight<'a, F> {
     pub fn of(scenario: &'a Scenario, scene: &'a mut Scene, flight_code: F) -> Self {
         let faults = scenario.faults.clone();
         let stand = Cell::new(OpenPaths::Both);
-        Self { scenario, scene, flight_code, cycle: 0, late_us: 0, faults, windows: Vec::new(), stand }
+        let misalignment_rad = scenario.believed.misalignment_rad(&scenario.mount, &scenario.camera);
+        let (late_us, windows) = (0, Vec::new());
+        Self { scenario, scene, flight_code, cycle: 0, late_us, faults, windows, stand, misalignment_rad }
     }
 
     /// From now on this breaks too, when its seconds come; what broke before is not changed by it.
@@ -274,7 +279,9 @@ impl<'a, F: FlightCode> Flight<'a, F> {
         let image = image_cycle(&report);
         let seen = self.scene.seen_at(image.into()).ok_or_else(|| no_truth(image))?;
         let truth = if image == cycle { seen } else { truth };
-        let judged = Judged::new(&report, &truth, &seen).with_shutters(scenario.shutters);
+        let judged = Judged::new(&report, &truth, &seen)
+            .with_shutters(scenario.shutters)
+            .with_mounting(&report, self.misalignment_rad);
         listen(Second {
             cycle,
             report: &report,

@@ -39,7 +39,7 @@ const fn quantity(
 /// Attitude is judged while the Sun does not blind the detector, and by itself while it does; position and
 /// velocity from the first orbit on, for their sigmas must hold even while the filter converges, along the
 /// true radial, along-track and cross-track axes with the reported correlations.
-pub const QUANTITIES: [Quantity; 9] = [
+pub const QUANTITIES: [Quantity; 10] = [
     quantity("attitude", "Attitude", ("arcsec", ARCSEC), 3, |of| of.attitude_rad.filter(|_| !of.sun())),
     quantity("filtered", "Filtered attitude", ("arcsec", ARCSEC), 3, |of| {
         of.filtered_rad.filter(|_| !of.sun())
@@ -72,6 +72,7 @@ pub const QUANTITIES: [Quantity; 9] = [
             of.orbit.filter(|_| of.state != SensorState::Full).map(|orbit| orbit.position_km.axes)
         })
     },
+    quantity("mounting", "Mounting of the paths", ("arcsec", ARCSEC), 3, |of| of.mounting_rad),
 ];
 
 /// Seconds until the sensor's next change of state: no second by itself gives its error, which

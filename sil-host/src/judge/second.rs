@@ -128,6 +128,8 @@ pub struct Judged {
     pub earth: Option<EarthError>,
     /// The orbit.
     pub orbit: Option<OrbitError>,
+    /// By what the Earth path is turned against the star path, Earth path axes, rad.
+    pub mounting_rad: Option<Axes>,
     /// Whether attitude and orbit are known.
     pub locally_known: bool,
     /// The next change of state as it is foreseen.
@@ -163,6 +165,7 @@ impl Judged {
             turning: report.rate.map(|rate| turning_error(&rate, truth.rate_rad_s)),
             earth: report.earth.and_then(|earth| earth_error(&earth, truth)),
             orbit: report.orbit.map(|orbit| orbit_error(&orbit, truth)),
+            mounting_rad: None,
             locally_known: report.local.is_some(),
             next_state: report.next_state,
             stars: report.stars.len() as u16,
@@ -175,6 +178,15 @@ impl Judged {
     pub fn with_shutters(self, shutters: Option<ShutterParameters>) -> Self {
         let fitted = shutters.is_some_and(|shutters| shutters.allow(OpenPaths::Star));
         Self { spared: fitted && self.state == SensorState::SunInEarthPath, ..self }
+    }
+
+    /// The same of paths that are turned by `misalignment_rad` against what the flight code is told.
+    pub fn with_mounting(self, report: &Report, misalignment_rad: Vector) -> Self {
+        let mounting_rad = report.orbit.map(|orbit| Axes {
+            error: minus(orbit.misalignment_rad.map(f64::from), misalignment_rad),
+            sigma: orbit.misalignment_sigma_rad.map(f64::from),
+        });
+        Self { mounting_rad, ..self }
     }
 
     /// Whether the Sun blinds the detector in this second, or would if the star path were not shut.

@@ -215,7 +215,7 @@ pub static NOT_FINITE: Figure =
         Some(f64::from(of.not_finite))
     });
 
-static OF_QUANTITIES: [[Figure; 8]; 10] = [
+static OF_QUANTITIES: [[Figure; 8]; 11] = [
     of_quantity!("attitude", "attitude", "arcsec", "arcsec"),
     of_quantity!("filtered", "filtered attitude", "arcsec", "arcsec"),
     of_quantity!("sun_attitude", "attitude carried through the Sun", "arcsec", "arcsec"),
@@ -225,6 +225,7 @@ static OF_QUANTITIES: [[Figure; 8]; 10] = [
     of_quantity!("position", "position", "km", "km"),
     of_quantity!("velocity", "velocity", "m/s", "m_s"),
     of_quantity!("dark_position", "position in eclipse and Sun", "km", "km"),
+    of_quantity!("mounting", "mounting of the paths", "arcsec", "arcsec"),
     of_quantity!("next_state", "next change of state", "s", "s"),
 ];
 

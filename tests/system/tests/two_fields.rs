@@ -3,13 +3,13 @@
 //! reaches from 3,843 to 5,001.
 
 use crate::flights::{self, scenario};
-use fsw_core::frames::{EarthPath, Rotation, StarPath};
 use fsw_hal::OpenPaths;
+use sil_host::judge::arcsec;
 use sil_host::scenario::{Believed, Scenario};
 use sil_host::world::motion::pointing::{Aim, Law};
 use sil_host::world::motion::trajectory::SensorState;
 
-/// A flight of geo-two-fields whose mounting alone is told wrong.
+/// A flight of geo-two-fields; unless it is changed, its mounting alone is told wrong.
 struct TwoFields {
     /// How far the mounting that is learned is from the true one, and its sigmas, rotation vectors in the
     /// Earth path, arcsec.
@@ -28,12 +28,6 @@ fn fly_two_fields(seconds: u32, change: impl FnOnce(&mut Scenario)) -> TwoFields
     let mut scenario = scenario("geo-two-fields", seconds);
     scenario.believed = Believed { mount_deg: scenario.believed.mount_deg, ..Believed::TRUTH };
     change(&mut scenario);
-    let rotation = |quaternion: [f64; 4]| {
-        Rotation::<StarPath, EarthPath>::from_quaternion(quaternion.map(|part| part as f32)).unwrap()
-    };
-    let told = rotation(scenario.believed.star_to_earth(&scenario.mount));
-    let turned = rotation(scenario.mount.star_to_earth()).angle_from(&told);
-    let arcsec = |angle: f32| f64::from(angle).to_degrees() * 3600.0;
     let [error, sigma] = [[f64::NAN; 3]; 2];
     let mut flown = TwoFields { error, sigma, clear_s: 0, lit_s: 0, looks: 0, seen: 0, stars: 0.0 };
     let mut worst = 0.0f64;
@@ -47,9 +41,8 @@ fn fly_two_fields(seconds: u32, change: impl FnOnce(&mut Scenario)) -> TwoFields
             flown.stars += (f64::from(stars) - flown.stars) / f64::from(flown.seen + 1);
             flown.seen += 1;
         }
-        if let Some(orbit) = report.orbit {
-            flown.error = [0, 1, 2].map(|axis| arcsec(orbit.misalignment_rad[axis] - turned[axis]));
-            flown.sigma = orbit.misalignment_sigma_rad.map(arcsec);
+        if let Some(mounting) = second.judged.mounting_rad {
+            (flown.error, flown.sigma) = (mounting.error.map(arcsec), mounting.sigma.map(arcsec));
         }
     });
     let TwoFields { error, sigma, clear_s, lit_s, looks, seen, stars } = &flown;
@@ -74,6 +67,17 @@ fn stars_around_the_dark_earth_tell_how_the_paths_are_mounted() {
     let far = fly_two_fields(5100, |scenario| scenario.believed.mount_deg = [0.02, -0.025, 0.03]);
     for (error, sigma) in far.error.iter().zip(far.sigma) {
         assert!(error.abs() < 3.5 * sigma);
+    }
+}
+
+/// It turns what is seen through either path, and so the limb.
+#[test]
+fn an_optical_centre_told_wrong_is_a_part_of_it() {
+    let flown = fly_two_fields(5100, |scenario| {
+        scenario.believed = Believed { optical_centre_px: [0.1, -0.06], ..Believed::TRUTH };
+    });
+    for (error, sigma) in flown.error.iter().zip(flown.sigma) {
+        assert!(sigma < 3.0 && error.abs() < 3.5 * sigma);
     }
 }
 

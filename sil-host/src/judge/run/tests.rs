@@ -36,6 +36,7 @@ fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
             either_sense: false,
         }),
         orbit: Some(orbit),
+        mounting_rad: Some(Axes { error: [1e-5, 0.0, -1e-5], sigma: [2e-5; 3] }),
         stars: 5,
         detections: 5,
         ..Judged::default()
