@@ -34,7 +34,7 @@ pub use run::Judge;
 pub use second::Judged;
 pub use verdict::{Limit, Verdict};
 
-use crate::world::attitude::compose;
+use crate::world::attitude::small_turn;
 
 /// Radians in arcseconds.
 pub fn arcsec(rad: f64) -> f64 {
@@ -43,10 +43,7 @@ pub fn arcsec(rad: f64) -> f64 {
 
 /// Rotation vector, sensor axes, that turns the true attitude into the estimate; small angles.
 pub fn attitude_error(estimate: [f32; 4], truth: [f64; 4]) -> [f64; 3] {
-    let [tx, ty, tz, tw] = truth;
-    let [x, y, z, w] = compose(estimate.map(f64::from), [-tx, -ty, -tz, tw]);
-    let sign = if w < 0.0 { -2.0 } else { 2.0 };
-    [sign * x, sign * y, sign * z]
+    small_turn(estimate.map(f64::from), truth)
 }
 
 #[cfg(test)]

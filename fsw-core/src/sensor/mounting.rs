@@ -10,6 +10,7 @@
 //! of which may be none, wait for another image that agrees with them.
 
 use super::Sensor;
+use super::orbit::covariance_rad2;
 use super::propagation::Ephemeris;
 use super::tracking::turn_of;
 use super::workspace::measured;
@@ -18,7 +19,6 @@ use crate::attitude::filter::Filter;
 use crate::camera::Camera;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::DetectionMethod;
-use crate::image::turn::Turn;
 use crate::matrix::{Cholesky, add_to_diagonal, cross, dot, rotate_into, scaled, symmetric_product};
 use crate::orbit::filter::SeenTurn;
 use crate::order::fill;
@@ -36,7 +36,7 @@ use nalgebra::{Matrix3, RowVector3, Vector3};
 const EVERY: u32 = 16;
 /// Way of the field over the stars to the next image that counts, px: what is wrong with a star's place, pixel
 /// and neighbours, stays while it stays where it is. Of 60 flights at rest the mounting was 9 sigma off.
-const LEAST_WAY_PX: f32 = 2.0;
+const LEAST_MOVE_PX: f32 = 2.0;
 /// So many stars that agree are believed at once, fewer with another image.
 const SURE_STARS: u8 = 3;
 /// Most spots in windows about [`MAX_FEW_STARS`] stars that are used.
@@ -51,13 +51,6 @@ struct SecondField {
     windows: Vec<Window, MAX_STAR_WINDOWS>,
     /// Of this path in its own axes, where it is known.
     rate_rad_s: Option<Vector3<f32>>,
-}
-
-impl SecondField {
-    /// How the path turns during an exposure.
-    fn turn(&self, exposure_s: f32) -> Option<Turn> {
-        Some(turn_of(&self.camera, &(self.rate_rad_s? * exposure_s)))
-    }
 }
 
 /// What the stars of a path say of its turn against where it was taken to be, a rotation vector in it.
@@ -134,9 +127,9 @@ impl Sensor<'_> {
             return Ok(None);
         };
         let sight = star_path.then(&self.mounting()).matrix().row(2).transpose();
-        let least_way_rad = LEAST_WAY_PX * self.camera.rad_per_px();
-        let way = sight - self.mounting_seen_at;
-        if dot(&way, &way) < least_way_rad * least_way_rad {
+        let least_move_rad = LEAST_MOVE_PX * self.camera.rad_per_px();
+        let moved = sight - self.mounting_seen_at;
+        if dot(&moved, &moved) < least_move_rad * least_move_rad {
             return Ok(None);
         }
         meter.begin(Stage::Limb);
@@ -161,7 +154,9 @@ impl Sensor<'_> {
         let field = self.second_field(ephemeris, star_path, &detector.geometry());
         let Some(field) = field else { return Ok(None) };
         let (parameters, calibration) = (&self.parameters.detection, self.calibration.as_ref());
-        let method = DetectionMethod { parameters, calibration, turn: field.turn(self.exposure_s()) };
+        let turn =
+            field.rate_rad_s.map(|rate_rad_s| turn_of(&field.camera, &(rate_rad_s * self.exposure_s())));
+        let method = DetectionMethod { parameters, calibration, turn };
         self.workspace.read_windows(detector, &field.windows, &method)?;
         Ok(self.turn_seen(&field, sigma_rad))
     }
@@ -202,9 +197,7 @@ impl Sensor<'_> {
         {
             turned.add(pair, attitude);
         }
-        let [x, y, z] = sigma_rad.map(|sigma| sigma * sigma);
-        let of_star_path = Matrix3::from_diagonal(&Vector3::new(x, y, z));
-        let turn = turned.with(&symmetric_product(self.mounting().matrix(), &of_star_path))?;
+        let turn = turned.with(&self.in_earth_path(&covariance_rad2(sigma_rad)))?;
         (turned.stars > 0 && turned.agrees()).then_some((turned.stars, turn))
     }
 }

@@ -62,15 +62,13 @@ impl Sensor<'_> {
         terrestrial_us: i64,
         events: &mut Events,
     ) -> FixRecord {
-        let [x, y, z] = sigma_rad.map(|sigma| sigma * sigma);
-        let attitude_covariance = Matrix3::from_diagonal(&Vector3::new(x, y, z));
-        let to_path = self.mounting();
-        let mounting = to_path.inverse();
+        let attitude_covariance = covariance_rad2(sigma_rad);
+        let mounting = self.mounting().inverse();
         let to_icrs = earth_to_icrs(attitude, &mounting);
         let heights = self.parameters.orbit.observation == Observation::LimbHeights;
         if let Some(state) = self.orbit.state().filter(|_| heights) {
             let centre_km = transposed_product(&to_icrs, &state.position_km).map(|axis| -axis as f32);
-            let in_path = symmetric_product(to_path.matrix(), &attitude_covariance);
+            let in_path = self.in_earth_path(&attitude_covariance);
             let Some(limb) = PredictedLimb::new(&centre_km, body) else {
                 return FixRecord { nis: None, fault: Some(FixFault::Impossible) };
             };
@@ -108,6 +106,11 @@ impl Sensor<'_> {
     /// From the star path to the Earth path: as the parameters have it, turned by what the orbit has learned.
     pub(super) fn mounting(&self) -> Rotation<StarPath, EarthPath> {
         self.star_to_earth.turned(&self.orbit.misalignment_rad())
+    }
+
+    /// A covariance in star path axes as the Earth path has it.
+    pub(super) fn in_earth_path(&self, covariance: &Matrix3<f32>) -> Matrix3<f32> {
+        symmetric_product(self.mounting().matrix(), covariance)
     }
 
     /// Records what an observation came to.
@@ -183,6 +186,12 @@ impl Sensor<'_> {
             yaw_rad: libm::atan2f(axes.m12, axes.m11),
         })
     }
+}
+
+/// Covariance of an attitude of these standard deviations about the star path's axes, rad².
+pub(super) fn covariance_rad2(sigma_rad: [f32; 3]) -> Matrix3<f32> {
+    let [x, y, z] = sigma_rad.map(|sigma| sigma * sigma);
+    Matrix3::from_diagonal(&Vector3::new(x, y, z))
 }
 
 /// A height as the orbit takes it.

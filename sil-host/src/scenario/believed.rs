@@ -35,10 +35,10 @@ use super::text::Text;
 use crate::calibration::pictures::{FOCAL_LENGTH_PER_K, GAIN_FOUND, WARMER_K};
 use crate::error::HostError;
 use crate::formats::camera_file::CameraFile;
-use crate::world::attitude::{Vector, apply, matrix, quaternion, rotation};
+use crate::world::attitude::{Vector, apply, matrix, quaternion, rotation, small_turn};
 use crate::world::instruments::gyro::GyroModel;
 use crate::world::motion::pointing::Mount;
-use crate::world::vector::{minus, plus, product, transposed};
+use crate::world::vector::{minus, plus, product};
 use fsw_hal::{Instant, LocalTime};
 use serde::Deserialize;
 use toml::Spanned;
@@ -142,13 +142,12 @@ impl Believed {
     /// By what the Earth path is turned against what the flight code is told, as its pixels show it: a rotation
     /// vector in it, rad. The mount, and an optical centre told wrong, which turns both paths.
     pub fn misalignment_rad(&self, mount: &Mount, camera: &CameraFile) -> Vector {
-        let star_to_earth = matrix(mount.star_to_earth());
-        let [x, y, z] = product(&star_to_earth, &transposed(&matrix(self.star_to_earth(mount))));
-        let of_mount = [y[2] - z[1], z[0] - x[2], x[1] - y[0]].map(|twice| 0.5 * twice);
+        let star_to_earth = mount.star_to_earth();
+        let of_mount = small_turn(star_to_earth, self.star_to_earth(mount));
         // What is seen at a pixel is told to be beside it; the star path's x runs against the pixels.
         let [x, y] = self.optical_centre_px.map(|px| px / camera.focal_length_px);
         let in_star_path = [y, if camera.mirrored { x } else { -x }, 0.0];
-        let by_star_path = apply(&star_to_earth, in_star_path);
+        let by_star_path = apply(&matrix(star_to_earth), in_star_path);
         let by_earth_path = [y, -x, 0.0];
         plus(minus(of_mount, by_earth_path), 1.0, by_star_path)
     }

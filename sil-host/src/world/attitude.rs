@@ -93,6 +93,14 @@ pub fn rotation(axis: usize, angle_rad: f64) -> [Vector; 3] {
     }
 }
 
+/// The rotation vector that turns attitude `before` into `after`, axes of what is turned, rad; small angles.
+pub fn small_turn(after: [f64; 4], before: [f64; 4]) -> Vector {
+    let [x, y, z, w] = before;
+    let [x, y, z, w] = compose(after, [-x, -y, -z, w]);
+    let sign = if w < 0.0 { -2.0 } else { 2.0 };
+    [sign * x, sign * y, sign * z]
+}
+
 /// The quaternion of a rotation matrix, `matrix(quaternion(A)) = A`, scalar not negative.
 ///
 /// The largest of the four components is found from the diagonal, the others from sums and differences across
