@@ -194,6 +194,10 @@ enum sextant_status
      * The telemetry frame could not be written.
      */
     SEXTANT_STATUS_TELEMETRY = 17,
+    /**
+     * What was kept of before a restart is no whole telemetry frame of this version with an orbit.
+     */
+    SEXTANT_STATUS_KEPT = 18,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -981,6 +985,15 @@ typedef struct sextant_orbit {
      */
     float sigma_hill_km[3];
     /**
+     * By what the Earth path is turned against the mounting of the parameters, rad: a rotation vector in the
+     * Earth path; 0 where it is not estimated.
+     */
+    float misalignment_rad[3];
+    /**
+     * Its standard deviations, rad.
+     */
+    float misalignment_sigma_rad[3];
+    /**
      * The same orbit in Kepler's elements.
      */
     struct Elements elements;
@@ -1392,6 +1405,25 @@ sextant_status sextant_link_report(struct sextant_link *link,
                                    uint8_t *report,
                                    size_t report_bytes,
                                    size_t *report_length);
+
+/**
+ * Flies one second as `sextant_cycle` that begins with orbit and mounting of before a restart, where no orbit
+ * is known yet. Call it once, after the first second whose `result->terrestrial_us` is not 0.
+ *
+ * - `kept`: what a cycle before the restart wrote as telemetry, its length before it. Keep one that has an
+ *   orbit every few minutes, in memory that a restart leaves; frames of another version are refused.
+ *
+ * Returns what `sextant_cycle` returns, but not `COMMAND`; `KEPT` where `kept` is no whole frame with an orbit.
+ * Unless `OK` nothing was flown. `result->command` says whether the orbit was taken: one that is older than
+ * 100 minutes is not, and begins anew; the mounting stays.
+ */
+sextant_status sextant_cycle_resumed(struct sextant_sensor *sensor,
+                                     struct sextant_bytes kept,
+                                     const struct sextant_instruments *instruments,
+                                     uint8_t *telemetry,
+                                     size_t telemetry_bytes,
+                                     size_t *telemetry_length,
+                                     struct sextant_result *result);
 
 #ifdef __cplusplus
 }  // extern "C"

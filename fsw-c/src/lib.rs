@@ -12,6 +12,7 @@
 //! | [`results`] | the main results of a second as a plain struct |
 //! | [`memory`] | the sensor and the link in the caller's memory |
 //! | [`link`] | the command link: packets in, reports out |
+//! | [`resuming`] | a second that takes up what was known before a restart |
 //!
 //! This is the one crate of the flight code that uses `unsafe`: it dereferences what C hands over after it
 //! has checked what can be checked. No heap, no recursion, no panic: on a bare target `panic-never` makes a
@@ -40,6 +41,7 @@ pub mod instruments;
 pub mod link;
 pub mod memory;
 pub mod results;
+pub mod resuming;
 pub mod status;
 
 mod calls;
@@ -48,3 +50,4 @@ mod tests;
 
 pub use calls::*;
 pub use link::*;
+pub use resuming::*;

@@ -166,6 +166,11 @@ pub struct Orbit {
     pub sigma_velocity_km_s: [f32; 3],
     /// Standard deviations of the position: radial, along, cross, km.
     pub sigma_hill_km: [f32; 3],
+    /// By what the Earth path is turned against the mounting of the parameters, rad: a rotation vector in the
+    /// Earth path; 0 where it is not estimated.
+    pub misalignment_rad: [f32; 3],
+    /// Its standard deviations, rad.
+    pub misalignment_sigma_rad: [f32; 3],
     /// The same orbit in Kepler's elements.
     pub elements: Elements,
 }

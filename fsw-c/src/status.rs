@@ -43,10 +43,12 @@ pub enum Status {
     CalibrationMismatch = 16,
     /// The telemetry frame could not be written.
     Telemetry = 17,
+    /// What was kept of before a restart is no whole telemetry frame of this version with an orbit.
+    Kept = 18,
 }
 
 /// All of them, in the order of their numbers.
-const ALL: [Status; 18] = [
+const ALL: [Status; 19] = [
     Status::Ok,
     Status::Null,
     Status::Size,
@@ -65,6 +67,7 @@ const ALL: [Status; 18] = [
     Status::CalibrationVersion,
     Status::CalibrationMismatch,
     Status::Telemetry,
+    Status::Kept,
 ];
 
 impl Status {
@@ -94,6 +97,7 @@ impl Status {
             Self::CalibrationVersion => c"the calibration has a layout that this library does not read",
             Self::CalibrationMismatch => c"the calibration is not the one that the parameter table names",
             Self::Telemetry => c"the telemetry frame could not be written",
+            Self::Kept => c"what was kept is no whole telemetry frame of this version with an orbit",
         }
     }
 }
@@ -118,7 +122,7 @@ mod tests {
             assert_eq!(sextant_status_text(status as u32), status.text().as_ptr());
             assert!(texts.insert(status.text()), "{status:?}");
         }
-        for number in [18, 19, u32::MAX] {
+        for number in [19, 20, u32::MAX] {
             // SAFETY: the function gives static strings only.
             assert_eq!(unsafe { CStr::from_ptr(sextant_status_text(number)) }, c"unknown status");
         }

@@ -1,6 +1,7 @@
 //! The calls as C makes them.
 
 mod link;
+mod resuming;
 mod spoilt;
 mod world;
 
@@ -22,7 +23,7 @@ use fsw_hal::{
 };
 use std::boxed::Box;
 use std::vec::Vec;
-use world::{HalWorld, Memory, Outputs, World, encoded, fly, init, parameters, tables};
+use world::{HalWorld, Memory, Outputs, POWER_ON_US, World, encoded, fly, init, parameters, tables};
 
 #[test]
 fn seconds_flown_by_c_give_the_telemetry_of_rust() {
@@ -42,7 +43,7 @@ fn seconds_flown_by_c_give_the_telemetry_of_rust() {
     for second in 0..4 {
         detector.0.second = second;
         let local_us = detector.0.local_us();
-        let clock = &mut Instant::new(LocalTime::from_us(local_us), 800_000_000_000_000 + local_us);
+        let clock = &mut Instant::new(LocalTime::from_us(local_us), POWER_ON_US + local_us);
         let mut instruments = sensor::Instruments {
             detector: &mut detector,
             clock,

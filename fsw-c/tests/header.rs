@@ -3,7 +3,8 @@
 use std::path::Path;
 
 /// Sources with something for C in them, in the order of the header.
-const SOURCES: [&str; 8] = ["status", "doors", "instruments", "results", "memory", "calls", "areas", "link"];
+const SOURCES: [&str; 9] =
+    ["status", "doors", "instruments", "results", "memory", "calls", "areas", "link", "resuming"];
 
 /// The header of the sources, without the sections that only Rust reads.
 fn header() -> String {

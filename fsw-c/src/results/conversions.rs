@@ -87,6 +87,8 @@ impl From<&OrbitReport> for Orbit {
             sigma_position_km: report.sigma_position_km,
             sigma_velocity_km_s: report.sigma_velocity_km_s,
             sigma_hill_km: report.sigma_hill_km,
+            misalignment_rad: report.misalignment_rad,
+            misalignment_sigma_rad: report.misalignment_sigma_rad,
             elements: report.elements.as_ref().map(Elements::from).unwrap_or_default(),
         }
     }

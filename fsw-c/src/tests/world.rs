@@ -19,6 +19,9 @@ use std::vec::Vec;
 
 pub const GEOMETRY: Geometry = Geometry { width_px: 320, height_px: 256, bits: 10 };
 
+/// Terrestrial Time of power-on, microseconds since J2000.0.
+pub const POWER_ON_US: i64 = 800_000_000_000_000;
+
 /// A detector of noise, a clock, a gyro and a meter in one, and what is to go wrong.
 pub struct World {
     pub second: i64,
@@ -119,7 +122,7 @@ unsafe extern "C" fn local_time(context: *mut c_void, local_us: *mut i64) -> u32
 unsafe extern "C" fn terrestrial_time(context: *mut c_void, local_us: i64, terrestrial_us: *mut i64) -> u32 {
     // SAFETY: as in `local_time`.
     unsafe {
-        terrestrial_us.write(800_000_000_000_000 + local_us);
+        terrestrial_us.write(POWER_ON_US + local_us);
         world(context).clock
     }
 }
@@ -279,12 +282,12 @@ pub fn init(memory: &Memory, tables: &SensorTables) -> (Status, *mut SensorMemor
 /// Flies seconds and gives their telemetry and the last result.
 pub fn fly(sensor: *mut SensorMemory, world: &mut World, seconds: i64) -> (Vec<u8>, CycleResult) {
     let (mut stream, mut outputs) = (Vec::new(), Outputs::new());
-    for second in 0..seconds {
-        world.second = second;
+    for _ in 0..seconds {
         let instruments = world.instruments();
         // SAFETY: a sensor and whole instruments.
         assert_eq!(unsafe { outputs.cycle(sensor, &instruments, 0) }, Status::Ok);
         stream.extend_from_slice(outputs.frame());
+        world.second += 1;
     }
     (stream, outputs.result)
 }
