@@ -91,7 +91,7 @@
 /**
  * Version of the parameter table that is read; its first byte.
  */
-#define SEXTANT_PARAMETERS_VERSION 24
+#define SEXTANT_PARAMETERS_VERSION 25
 
 /**
  * Bytes of memory that hold a link, on any machine of 32 or 64 bits; aligned as a sensor's.
@@ -1407,15 +1407,15 @@ sextant_status sextant_link_report(struct sextant_link *link,
                                    size_t *report_length);
 
 /**
- * Flies one second as `sextant_cycle` that begins with orbit and mounting of before a restart, where no orbit
- * is known yet. Call it once, after the first second whose `result->terrestrial_us` is not 0.
+ * Flies one second as `sextant_cycle` that begins with orbit and mounting of before a restart, where no
+ * orbit is known yet. Call it once, after the first second whose `result->terrestrial_us` is not 0.
  *
  * - `kept`: what a cycle before the restart wrote as telemetry, its length before it. Keep one that has an
  *   orbit every few minutes, in memory that a restart leaves; frames of another version are refused.
  *
- * Returns what `sextant_cycle` returns, but not `COMMAND`; `KEPT` where `kept` is no whole frame with an orbit.
- * Unless `OK` nothing was flown. `result->command` says whether the orbit was taken: one that is older than
- * 100 minutes is not, and begins anew; the mounting stays.
+ * Returns what `sextant_cycle` returns, but not `COMMAND`; `KEPT` where `kept` is no whole frame with an
+ * orbit. Unless `OK` nothing was flown. `result->command` says whether the orbit was taken: one that is
+ * older than 100 minutes is not, and begins anew; the mounting stays.
  */
 sextant_status sextant_cycle_resumed(struct sextant_sensor *sensor,
                                      struct sextant_bytes kept,

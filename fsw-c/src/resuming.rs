@@ -13,15 +13,15 @@ use fsw_core::command::GroundOrbit;
 use fsw_core::sensor;
 use fsw_core::telemetry;
 
-/// Flies one second as `sextant_cycle` that begins with orbit and mounting of before a restart, where no orbit
-/// is known yet. Call it once, after the first second whose `result->terrestrial_us` is not 0.
+/// Flies one second as `sextant_cycle` that begins with orbit and mounting of before a restart, where no
+/// orbit is known yet. Call it once, after the first second whose `result->terrestrial_us` is not 0.
 ///
 /// - `kept`: what a cycle before the restart wrote as telemetry, its length before it. Keep one that has an
 ///   orbit every few minutes, in memory that a restart leaves; frames of another version are refused.
 ///
-/// Returns what `sextant_cycle` returns, but not `COMMAND`; `KEPT` where `kept` is no whole frame with an orbit.
-/// Unless `OK` nothing was flown. `result->command` says whether the orbit was taken: one that is older than
-/// 100 minutes is not, and begins anew; the mounting stays.
+/// Returns what `sextant_cycle` returns, but not `COMMAND`; `KEPT` where `kept` is no whole frame with an
+/// orbit. Unless `OK` nothing was flown. `result->command` says whether the orbit was taken: one that is
+/// older than 100 minutes is not, and begins anew; the mounting stays.
 ///
 /// # Safety
 /// As `sextant_cycle`.

@@ -361,7 +361,8 @@ impl OrbitFilter {
     /// By what the Earth path is turned against the mounting of the parameters, rad: a rotation vector in the
     /// Earth path, learned by this orbit or one before it.
     pub fn misalignment_rad(&self) -> Vector3<f32> {
-        -self.estimate.misalignment
+        // Not the negative: that of zero has a sign.
+        Vector3::zeros() - self.estimate.misalignment
     }
 
     /// Sigmas of the same, rad; none until the orbit is known.

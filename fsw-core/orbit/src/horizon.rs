@@ -11,6 +11,11 @@
 //! length L: on a limb of radius ρ the wave k has the share `(1 + (k L / 2ρ)²)^-3/2` of its variance, twice
 //! for k > 0, and lasts for `2 L / w`, where `w` is the speed of the limb over the turning Earth.
 //!
+//! The errors of edges, each shared by a patch of limb, are noise of the looks as far as the next look finds
+//! others. Where the limb stays, as in GEO, the same come again for hours: the share that lasts is a part of
+//! the coefficients, `2 σ² / n` of variance in each of `n` patches around the limb (the mean half of that),
+//! and what a look's row holds of these is no noise of its own ([`LimbGeometry::left_of_edges`]).
+//!
 //! All of it is in sphere space, where the ellipsoid is a sphere (coordinates along the pole longer by
 //! `a / b`), as the heights measured are: seen from a place that is off by 900 km an ellipsoid's limb is 7 km
 //! from where the sphere's would be. What is moved in space moves in sphere space by [`LimbGeometry::moves`].
@@ -30,6 +35,8 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Number of the waves: 1, cos φ, sin φ, ... sin 4φ.
 pub const WAVES: usize = 9;
+/// Their angular frequencies.
+const ORDERS: [f32; 5] = [0.0, 1.0, 2.0, 3.0, 4.0];
 /// Time for which the constants last, s: 30 days, a third of a season.
 const CONSTANT_S: f64 = 30.0 * 86_400.0;
 
@@ -50,6 +57,27 @@ pub struct MovedLimb {
     pub height_km: [f32; WAVES],
     /// Derivatives of the height by the move, LVLH axes.
     pub gradient: [[f32; WAVES]; 3],
+}
+
+/// How a coefficient of the waves varies: a Gauss-Markov process.
+#[derive(Clone, Copy, Debug)]
+pub struct Variation {
+    /// Its variance, km².
+    pub variance_km2: f32,
+    /// How long it lasts, s.
+    pub lasts_s: f32,
+}
+
+impl Variation {
+    /// Factor by which the coefficient decays over a span.
+    pub fn decay(&self, dt: f64) -> f32 {
+        decay(dt, self.lasts_s.into()) as f32
+    }
+}
+
+/// How often an angular frequency stands among the waves: the mean once, any other as cosine and sine.
+fn times(k: f32) -> f32 {
+    if k > 0.0 { 2.0 } else { 1.0 }
 }
 
 /// The waves at an azimuth given by its cosine and sine.
@@ -225,23 +253,51 @@ impl LimbGeometry {
         row
     }
 
-    /// Variances of the waves' coefficients, in their order, km².
-    pub fn field_variances(&self, parameters: &OrbitParameters) -> [f32; WAVES] {
+    /// How the waves' coefficients vary, in their order: the field, and what lasts of the edges' errors,
+    /// which many patches share evenly among the waves.
+    pub fn variations(&self, parameters: &OrbitParameters) -> [Variation; WAVES] {
         let ratio = parameters.field_length_km / (2.0 * self.circle_km().max(1.0));
         let share = |k: f32| {
             let falling = 1.0 + (k * ratio) * (k * ratio);
-            let once = 1.0 / (falling * libm::sqrtf(falling));
-            if k > 0.0 { 2.0 * once } else { once }
+            times(k) / (falling * libm::sqrtf(falling))
         };
-        let shares = [0.0, 1.0, 2.0, 3.0, 4.0].map(share);
-        let unit = parameters.field_sigma_km * parameters.field_sigma_km / shares.iter().sum::<f32>();
-        let [a, b, c, d, e] = shares.map(|share| share * unit);
+        let all = ORDERS.map(share).iter().sum::<f32>();
+        let unit = parameters.field_sigma_km * parameters.field_sigma_km / all;
+        let field_rate = 1.0 / self.field_lasts_s(parameters);
+        let (edge_km2, edge_rate) = (self.lasting_edge_km2(parameters), self.edge_rate(parameters));
+        let [a, b, c, d, e] = ORDERS.map(|k| {
+            let (field, edge) = (share(k) * unit, times(k) * edge_km2);
+            let variance_km2 = field + edge;
+            let rate = field * field_rate + edge * edge_rate;
+            Variation { variance_km2, lasts_s: variance_km2 / rate.max(1e-20) }
+        });
         [a, b, b, c, c, d, d, e, e]
     }
 
-    /// Factor by which the field decays over a span.
-    pub fn field_decay(&self, dt: f64, parameters: &OrbitParameters) -> f32 {
-        decay(dt, self.field_lasts_s(parameters).into()) as f32
+    /// Variance that what lasts of the edges' errors gives the mean height, km²; twice that the other waves.
+    fn lasting_edge_km2(&self, parameters: &OrbitParameters) -> f32 {
+        let patches = core::f32::consts::TAU * self.circle_km().max(1.0) / self.patch_km(parameters);
+        self.lasting_share(parameters) * self.edge_km2(parameters) / patches
+    }
+
+    /// Variance that is left of a look's row of unit variance without what lasts of the edges' errors: that
+    /// is in the waves.
+    pub fn left_of_edges(&self, combination: &[f32], parameters: &OrbitParameters) -> f32 {
+        let mean = combination.first().copied().unwrap_or(0.0);
+        let square = 2.0 * dot_slices(combination, combination) - mean * mean;
+        let lasting = square * self.lasting_edge_km2(parameters);
+        1.0 - lasting.min(self.lasting_share(parameters))
+    }
+
+    /// How much of the edges' errors lasts until the next look.
+    fn lasting_share(&self, parameters: &OrbitParameters) -> f32 {
+        let left = 1.0 - self.between_looks_s(parameters) * self.edge_rate(parameters);
+        if left > 0.0 { left } else { 0.0 }
+    }
+
+    /// At what rate the edges' errors become others: by the limb that moves over a patch, and by the light.
+    fn edge_rate(&self, parameters: &OrbitParameters) -> f32 {
+        self.ground_km_s.max(1e-3) / self.patch_km(parameters) + 1.0 / parameters.edge_light_s
     }
 
     /// How long the field lasts, s.
@@ -249,8 +305,8 @@ impl LimbGeometry {
         2.0 * parameters.field_length_km / self.ground_km_s.max(1e-6)
     }
 
-    /// How long the error of an edge lasts, s: until the limb has moved over two of its patches.
-    pub fn edge_lasts_s(&self, parameters: &OrbitParameters) -> f32 {
+    /// Time between looks, s: until the limb has moved over two patches of an edge's error.
+    pub fn between_looks_s(&self, parameters: &OrbitParameters) -> f32 {
         let passing_s = 2.0 * self.patch_km(parameters) / self.ground_km_s.max(1e-3);
         passing_s.min(parameters.edge_longest_s)
     }
@@ -288,8 +344,8 @@ pub fn prior(geometry: &LimbGeometry, parameters: &OrbitParameters) -> (Row, Row
     for ((mean, sigma), given) in means.iter_mut().zip(&mut sigmas).skip(HEIGHT).zip(constants(parameters)) {
         [*mean, *sigma] = given;
     }
-    for (sigma, variance) in sigmas.iter_mut().skip(FIELD).zip(geometry.field_variances(parameters)) {
-        *sigma = libm::sqrtf(variance);
+    for (sigma, variation) in sigmas.iter_mut().skip(FIELD).zip(geometry.variations(parameters)) {
+        *sigma = libm::sqrtf(variation.variance_km2);
     }
     for sigma in sigmas.iter_mut().skip(MISALIGNMENT) {
         *sigma = square(parameters.misalignment_sigma_rad).max(0.0) as f32;

@@ -71,8 +71,11 @@ parameter_group! {
         edge_patch_km: f32 = 120.0, 1.0..=10_000.0, "km", "rendered orbits";
         /// The same as an angle. Both are joined as squares.
         edge_patch_rad: f32 = 0.0133, 0.0..=0.5, "rad", "5 deg of azimuth in GEO: rendered orbits";
-        /// Longest time for which it lasts, where the limb does not move on sooner.
-        edge_longest_s: f32 = 1800.0, 10.0..=86_400.0, "s", "the light moves on: rendered orbits";
+        /// Longest time between two looks at the limb, where it does not move on sooner.
+        edge_longest_s: f32 = 1800.0, 10.0..=86_400.0, "s", "an edge's error changes by 2 % in it";
+        /// Time in which the light makes other errors of the edges where the limb stays.
+        edge_light_s: f32 = 86_400.0, 2e3..=1e6, "s",
+            "a day, after which the light comes again: likelier than 3e4 in rendered days in GEO";
         /// Longest time over which limb points are joined to one observation.
         look_s: f32 = 300.0, 1.0..=300.0, "s", "averages the attitude's noise, the orbit turns by 1 deg in GEO";
         /// What becomes of the misalignment of the paths.

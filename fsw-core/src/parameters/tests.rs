@@ -115,6 +115,7 @@ const PLACES: &[Place] = places![
     orbit.edge_patch_km,
     orbit.edge_patch_rad,
     orbit.edge_longest_s,
+    orbit.edge_light_s,
     orbit.look_s,
     orbit.misalignment_sigma_rad,
     orbit.gravity_noise_km_s15,

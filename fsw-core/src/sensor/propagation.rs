@@ -6,6 +6,7 @@ use super::timekeeping::Time;
 use crate::frames::{Direction, Icrs};
 use crate::orbit::constants::LIGHT_KM_S;
 use crate::orbit::ephemeris;
+use crate::orbit::filter::ResetReason;
 use crate::telemetry::{ClockFault, ClockState, Event, ReadingFault};
 use fsw_hal::{LocalTime, ReadingError};
 use nalgebra::Vector3;
@@ -58,9 +59,13 @@ impl Sensor<'_> {
             self.fixed_us = self.fixed_us.saturating_add(step_us);
         }
         if let Some(terrestrial_us) = time.terrestrial_us {
-            let lost = self.orbit.approach(terrestrial_us, &self.parameters.orbit).is_err();
-            if lost || self.orbit.is_stale(terrestrial_us.saturating_sub(self.fixed_us)) {
-                self.lose_orbit();
+            let propagated = self.orbit.approach(terrestrial_us, &self.parameters.orbit);
+            let stale = self.orbit.is_stale(terrestrial_us.saturating_sub(self.fixed_us));
+            if stale || propagated.is_err() {
+                match propagated {
+                    Err(ResetReason::Diverged) => self.forget_orbit(),
+                    _ => self.lose_orbit(),
+                }
                 events.note(Event::OrbitForgotten);
             }
             let update = self.orbit.proceed(&self.parameters.orbit);

@@ -112,13 +112,11 @@ pub fn answer(request: &Request<'_>, desk: &Desk, library: &Library) -> Answer {
         }),
         "/api/frame" => of_second(query, desk, |run, cycle| {
             let log = run.log();
-            let (flown, faults) = (log.seconds.len(), log.faults.clone());
+            let (second, faults) = (log.seconds.get(cycle as usize).cloned(), log.faults.clone());
             drop(log);
-            if cycle as usize >= flown {
-                return Err(not_flown());
-            }
-            let drawn =
-                run.world.as_ref().map_err(Clone::clone).and_then(|world| world.frame(&faults, cycle));
+            let report = second.ok_or_else(not_flown)?.report();
+            let world = run.world.as_ref().map_err(Clone::clone);
+            let drawn = world.and_then(|world| world.frame(&faults, cycle, report.as_ref()));
             let body = drawn.map_err(|why| Answer::text(404, &why))?;
             Ok(Answer { status: 200, kind: "image/png", body })
         }),

@@ -1,6 +1,8 @@
 use super::*;
 use crate::commands::run::fly_into;
+use crate::serve::world::World;
 use fsw_core::orbit::body::CentralBody;
+use fsw_core::telemetry::Report;
 use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -268,4 +270,29 @@ fn a_folder_that_is_no_run_is_refused_where_it_is_wrong() {
     std::fs::remove_file(folder.join("telemetry.bin")).unwrap();
     assert!(open().unwrap().log().seconds[3].report().is_none());
     std::fs::remove_dir_all(file.parent().unwrap()).unwrap();
+}
+
+/// The share of a frame's pixels that are lit.
+fn lit(world: &World, report: Option<&Report>) -> f64 {
+    let frame = world.frame(&[], 100, report).unwrap();
+    let picture = image::load_from_memory(&frame).unwrap().into_luma8();
+    let lit = picture.pixels().filter(|pixel| pixel.0[0] > 128).count();
+    lit as f64 / picture.pixels().len() as f64
+}
+
+#[test]
+fn a_frame_is_exposed_through_the_paths_and_as_long_as_the_second_was() {
+    let scenario = Scenario::load(&short_scenario("paths")).unwrap();
+    let scene = scenario.scene().unwrap();
+    let world = World::new(scenario, scene);
+    let of = |exposure_us, earth_path_shut| Report {
+        exposure_us: Some(exposure_us),
+        earth_path_shut,
+        ..Report::default()
+    };
+    let whole = lit(&world, None);
+    assert!(whole > 0.005, "the lit Earth: {whole}");
+    assert_eq!(lit(&world, Some(&of(400_000, false))), whole);
+    let [shut, short] = [of(400_000, true), of(1_000, false)].map(|report| lit(&world, Some(&report)));
+    assert!(shut < 0.1 * whole && short < 0.1 * whole, "{shut}, {short} of {whole}");
 }

@@ -1,7 +1,7 @@
 //! The world of a run as the page looks into it: frames drawn again, and where the optics point.
 //!
-//! A frame is a pure function of scenario, seed, faults and second, so the frame of any second is drawn when
-//! it is asked for, and none is kept.
+//! A frame is a pure function of scenario, seed, faults, second, and what the second's report says of
+//! exposure and shutters, so the frame of any second is drawn when it is asked for, and none is kept.
 
 use crate::error::HostError;
 use crate::harness::faults::{self, Fault, FaultKind, Faulty};
@@ -12,7 +12,7 @@ use crate::world::attitude::Vector;
 use crate::world::lens::optics::Optics;
 use crate::world::scene::Scene;
 use fsw_core::telemetry::Report;
-use fsw_hal::{Detector, DetectorGeometry, LocalTime};
+use fsw_hal::{Detector, DetectorGeometry, LocalTime, OpenPaths};
 use image::codecs::png::CompressionType;
 
 /// A scenario and its scene before the first exposure.
@@ -49,12 +49,15 @@ impl World {
         frames::limb_path(report, &self.scene.truth_at(report.cycle.into())?, &self.scene)
     }
 
-    /// The frame of a second with what is broken in it, half its size and stretched, as a PNG.
+    /// The frame of a second with what is broken in it, half its size and stretched, as a PNG: exposed as
+    /// long and through the paths that the second's report says, without one as the scenario has it.
     ///
     /// # Errors
     /// Why there is none.
-    pub fn frame(&self, faults: &[Fault], cycle: u32) -> Result<Vec<u8>, String> {
+    pub fn frame(&self, faults: &[Fault], cycle: u32, report: Option<&Report>) -> Result<Vec<u8>, String> {
         let mut scene = self.scene.clone();
+        scene.open(report.map_or(OpenPaths::Both, open_paths));
+        let exposure_us = report.and_then(|report| report.exposure_us).unwrap_or(self.scenario.exposure_us);
         scene.delay(harness::late_us(faults, cycle) as f64 * 1e-6);
         scene.storm(faults::storm_hits(faults, cycle));
         let geometry = scene.geometry();
@@ -69,15 +72,24 @@ impl World {
         let mut second = ThisSecond { scene: &mut scene, cycle: cycle.into(), instant: LocalTime::default() };
         let broken = (cycle, LocalTime::default());
         let mut detector = Faulty::new(&mut second, &faults, self.scenario.seed, broken);
-        detector
-            .expose(self.scenario.exposure_us)
-            .and_then(|_| detector.read(geometry.whole(), &mut pixels))
-            .map_err(|error| match faults::words(&faults, cycle) {
+        detector.expose(exposure_us).and_then(|_| detector.read(geometry.whole(), &mut pixels)).map_err(
+            |error| match faults::words(&faults, cycle) {
                 words if words.is_empty() => format!("no image: {error:?}"),
                 words => format!("no image in this second: {words}"),
-            })?;
+            },
+        )?;
         let fast = CompressionType::Fast;
         frames::png(&pixels, usize::from(geometry.width_px), geometry.full_scale(), fast)
             .map_err(|error: HostError| error.to_string())
+    }
+}
+
+/// The paths that were to be open in the second of a report.
+fn open_paths(report: &Report) -> OpenPaths {
+    match report {
+        Report { star_path_shut: true, .. } => OpenPaths::Earth,
+        Report { earth_path_shut: true, .. } => OpenPaths::Star,
+        Report { earth_path_clear: true, .. } => OpenPaths::BothClear,
+        _ => OpenPaths::Both,
     }
 }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::body::{CentralBody, EARTH};
+use crate::look::Look;
 use crate::reference::circular;
 
 const RADIUS_KM: f32 = 6_378.137;
@@ -148,9 +149,10 @@ fn a_row_is_the_sum_of_its_terms() {
 
 #[test]
 fn the_fields_variances_are_those_of_its_sigma() {
-    let parameters = OrbitParameters::default();
+    let parameters = OrbitParameters { edge_sigma_km: 0.0, edge_sigma_rad: 0.0, ..Default::default() };
     for radius_km in [6_828.0, 42_164.0] {
-        let [mean, rest @ ..] = geometry(radius_km).field_variances(&parameters);
+        let variations = geometry(radius_km).variations(&parameters);
+        let [mean, rest @ ..] = variations.map(|variation| variation.variance_km2);
         // At any azimuth: cos² + sin² of each wave.
         let all = mean + rest.chunks(2).map(|pair| pair[0]).sum::<f32>();
         assert!((all.sqrt() / parameters.field_sigma_km - 1.0).abs() < 1e-5);
@@ -159,6 +161,40 @@ fn the_fields_variances_are_those_of_its_sigma() {
     // Static in GEO, minutes in low orbits.
     assert!(geometry(42_164.0).field_lasts_s(&parameters) > 2_000.0);
     assert!((280.0..360.0).contains(&geometry(6_828.0).field_lasts_s(&parameters)));
+}
+
+/// Where the limb stays, waves and what is left of the looks' noise hold the edges' errors together, as rows
+/// of patches that err independently do: all of it around the limb, and over an arc of it.
+#[test]
+fn errors_of_edges_that_last_are_in_the_waves_and_not_in_the_noise() {
+    let parameters = OrbitParameters { field_sigma_km: 0.0, ..Default::default() };
+    let here = LimbGeometry { ground_km_s: 1e-3, ..geometry(42_164.0) };
+    let patches = core::f32::consts::TAU * here.circle_km() / here.patch_km(&parameters);
+    let sigma_km = here.edge_km2(&parameters).sqrt();
+    let variances = here.variations(&parameters).map(|variation| variation.variance_km2);
+    for (share, least) in [(1.0, 0.96), (0.5, 0.45)] {
+        let mut look = Look::new(0, 1.0, RADIUS_KM);
+        // Four points a patch, each with the noise of all four.
+        let points = (4.0 * share * patches).round();
+        for point in 0..points as u32 {
+            let azimuth = core::f32::consts::TAU * share * point as f32 / points;
+            look.add([azimuth.cos(), azimuth.sin()], 0.0, 2.0 * sigma_km, 0.0);
+        }
+        let mut in_waves = 0.0;
+        for (row, _) in look.rows() {
+            let of_row =
+                row.iter().zip(variances).map(|(wave, variance)| wave * wave * variance).sum::<f32>();
+            let left = here.left_of_edges(row, &parameters);
+            // The limb's patches are not quite a whole number of points.
+            assert!((of_row + left - 1.0).abs() < 0.03, "{share}: {of_row} and {left}");
+            in_waves += of_row / WAVES as f32;
+        }
+        assert!((least..=1.0).contains(&in_waves), "{share}: {in_waves}");
+    }
+    // Low orbits leave them behind between two looks.
+    let low = geometry(6_828.0);
+    assert_eq!(low.left_of_edges(&[1.0; WAVES], &parameters), 1.0);
+    assert!(low.variations(&parameters).iter().all(|variation| variation.variance_km2 == 0.0));
 }
 
 #[test]

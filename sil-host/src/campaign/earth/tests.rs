@@ -111,3 +111,31 @@ fn a_file_of_something_else_is_refused_with_its_line() {
     assert!(message.contains(".jsonl:1: no line of such a campaign") && !message.contains('\n'), "{message}");
     std::fs::remove_file(&path).unwrap();
 }
+
+/// Without clouds, seasons and uneven heights what is left of the limb's height is the method's own: it grows
+/// with the distance, as an angle would.
+#[test]
+fn a_limb_narrower_than_a_pixel_is_found_higher_by_less_than_two_sigmas_of_the_orbit_filter() {
+    let mut base = cases::base().unwrap();
+    (base.earth.cloud_contrast, base.earth.height_variation_km, base.earth.season) = (0.0, 0.0, false);
+    let heights = Heights::of(&base.earth);
+    let above = |name: &str, distance_km: f64| {
+        let number = CASES.iter().position(|case| case.name == name).unwrap();
+        let radii = (0..6).filter_map(|run| {
+            let seen = fly(&base, &heights, 3, run, number).unwrap().seen;
+            let sun = seen.into_iter().find(|seen| seen.way == Way::Sun)?;
+            Some(sun.fix?.radius_error_deg)
+        });
+        let radii: Vec<f64> = radii.collect();
+        let rad = (radii.iter().sum::<f64>() / radii.len() as f64).to_radians();
+        println!("{name}: {} frames, {:.2e} rad, {:.2} km higher", radii.len(), rad, distance_km * rad);
+        assert!(radii.len() > 3);
+        rad
+    };
+    let expected = fsw_core::orbit::parameters::OrbitParameters::default();
+    for name in ["GEO, noon, phase 0-20", "GEO, phase 60-100"] {
+        assert!((0.0..2.0 * f64::from(expected.height_sigma_rad)).contains(&above(name, 41_680.0)));
+    }
+    // From low orbits the angle is nothing beside the sigma of the height.
+    assert!((3_290.0 * above("LEO, 800 km, wide lens", 3_290.0)).abs() < f64::from(expected.height_sigma_km));
+}

@@ -40,17 +40,15 @@ impl TrueLimb {
         let constants = horizon::constants(parameters)
             .map(|[mean, sigma]| f64::from(mean) + generator.gaussian() * f64::from(sigma));
         let field = geometry(state)
-            .field_variances(parameters)
-            .map(|variance| generator.gaussian() * f64::from(variance).sqrt());
+            .variations(parameters)
+            .map(|wave| generator.gaussian() * f64::from(wave.variance_km2).sqrt());
         Self { constants, field }
     }
 
     fn live(&mut self, state: &OrbitState, parameters: &OrbitParameters, generator: &mut Generator) {
-        let geometry = geometry(state);
-        let decay = f64::from(geometry.field_decay(1.0, parameters));
-        for (wave, variance) in self.field.iter_mut().zip(geometry.field_variances(parameters)) {
-            *wave =
-                decay * *wave + generator.gaussian() * (f64::from(variance) * (1.0 - decay * decay)).sqrt();
+        for (wave, variation) in self.field.iter_mut().zip(geometry(state).variations(parameters)) {
+            let (decay, variance) = (f64::from(variation.decay(1.0)), f64::from(variation.variance_km2));
+            *wave = decay * *wave + generator.gaussian() * (variance * (1.0 - decay * decay)).sqrt();
         }
     }
 
@@ -138,7 +136,7 @@ fn fly(sigma_km: f64, sigma_km_s: f64, shade_deg: [f64; 2], seed: u64) -> Outcom
         let geometry = geometry(&truth);
         let arc_km = (arc_rad[1] - arc_rad[0]) * f64::from(geometry.circle_km());
         let patches = 1.0 + arc_km / f64::from(geometry.patch_km(&parameters));
-        let look_s = f64::from(geometry.edge_lasts_s(&parameters).min(parameters.look_s));
+        let look_s = f64::from(geometry.between_looks_s(&parameters).min(parameters.look_s));
         let noise_km = (f64::from(geometry.edge_km2(&parameters)) * POINTS as f64 * look_s / patches).sqrt();
         let heights = limb.seen((&truth, &predicted), arc_rad, noise_km, &mut generator);
         filter.observe_limb(&heights, RADIUS_KM, &Matrix3::identity(), &Matrix3::zeros(), &parameters);

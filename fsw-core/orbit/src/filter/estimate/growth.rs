@@ -30,9 +30,8 @@ impl Estimate {
         for (state, [mean, sigma]) in (HEIGHT..FIELD).zip(horizon::constants(parameters)) {
             self.renew(state, constant, mean, sigma * sigma);
         }
-        let field = geometry.field_decay(dt, parameters);
-        for (state, variance) in (FIELD..MISALIGNMENT).zip(geometry.field_variances(parameters)) {
-            self.renew(state, field, 0.0, variance);
+        for (state, variation) in (FIELD..MISALIGNMENT).zip(geometry.variations(parameters)) {
+            self.renew(state, variation.decay(dt), 0.0, variation.variance_km2);
         }
         self.factor.settle();
     }

@@ -50,7 +50,7 @@ impl Estimate {
         let now_us = self.state.time_us;
         let due = now_us >= self.next_look_us && self.taking.is_none();
         let Some(geometry) = self.geometry().filter(|_| due) else { return };
-        let lasts_s = geometry.edge_lasts_s(parameters).min(parameters.look_s);
+        let lasts_s = geometry.between_looks_s(parameters).min(parameters.look_s);
         let look = self.look.get_or_insert(Look::new(now_us, lasts_s, radius_km));
         self.to_icrs = to_icrs.map(|element| element as f32);
         let since_s = look.age_s(now_us);
@@ -110,7 +110,7 @@ impl Estimate {
         let Some(look) = self.look.filter(|look| look.age_s(now_us) >= look.lasts_s) else { return };
         let Some(geometry) = self.geometry() else { return };
         self.look = None;
-        let every_us = (geometry.edge_lasts_s(parameters).max(look.lasts_s) * 1e6) as i64;
+        let every_us = (geometry.between_looks_s(parameters).max(look.lasts_s) * 1e6) as i64;
         let blind_us = look.begun_us.saturating_sub(self.next_look_us);
         self.next_look_us = look.begun_us.saturating_add(every_us).max(self.state.time_us);
         self.add_noise(parameters);
@@ -157,7 +157,7 @@ impl Estimate {
         let moved_km = plus_scaled(&now_seen.position_km, -1.0, &seen.position_km).map(|axis| axis as f32);
         let limb = geometry.moved(&(geometry.moves * moved_km));
         let turned = self.misalignment - misalignment;
-        let weight = libm::sqrtf(*shares.first()?);
+        let share = *shares.first()?;
         let mut rows = Rows::of_look();
         let places = rows.sensitivities.iter_mut().zip(&mut rows.innovations);
         for ((sensitivity, innovation), (waves, height)) in places.zip(look.rows()) {
@@ -165,6 +165,7 @@ impl Estimate {
             let by_turn = row.get(MISALIGNMENT..).map_or(0.0, |row| dot_slices(row, turned.as_slice()));
             let expected = dot_slices(waves, &limb.height_km) + dot_slices(&row, &self.horizon) + by_turn;
             let left = height - expected;
+            let weight = libm::sqrtf(share / geometry.left_of_edges(waves, parameters));
             (*sensitivity, *innovation) = (row.map(|element| weight * element), weight * left);
         }
         Some(rows)
