@@ -284,6 +284,17 @@ unsafe fn cycle(
     unsafe { fly(sensor, instruments, command, outputs) }.map(|_| ())
 }
 
+/// The instruments, or why they cannot be used.
+///
+/// # Safety
+/// As [`sextant_cycle`].
+pub(crate) unsafe fn whole(instruments: *const Instruments) -> Result<Instruments, Status> {
+    check(instruments)?;
+    // SAFETY: not null and aligned; the rest is the caller's promise.
+    let instruments = unsafe { instruments.read() };
+    if instruments.are_complete() { Ok(instruments) } else { Err(Status::Instruments) }
+}
+
 /// Flies a second with a command; what came of the command.
 ///
 /// # Safety
@@ -294,12 +305,8 @@ pub(crate) unsafe fn fly(
     command: sensor::Command,
     outputs: &Outputs,
 ) -> Result<Option<CommandOutcome>, Status> {
-    check(instruments)?;
-    // SAFETY: not null and aligned; the rest is the caller's promise.
-    let instruments = unsafe { instruments.read() };
-    if !instruments.are_complete() {
-        return Err(Status::Instruments);
-    }
+    // SAFETY: the caller's promise is the same.
+    let instruments = unsafe { whole(instruments) }?;
     // SAFETY: the caller promises the callbacks, for this call.
     let (mut detector, mut clock, mut rate_sensor, mut magnetometer, mut meter, mut shutter) =
         unsafe { instruments.lend() };

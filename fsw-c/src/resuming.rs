@@ -3,7 +3,7 @@
 //! In: the telemetry of a second of before, kept by the caller where a restart leaves it. Out: that second's
 //! orbit and how the paths were mounted, in the sensor.
 
-use crate::calls::{Outputs, fly};
+use crate::calls::{Outputs, fly, whole};
 use crate::doors::{Bytes, Extent, check};
 use crate::instruments::Instruments;
 use crate::memory::{self, SensorMemory};
@@ -41,6 +41,9 @@ pub unsafe extern "C" fn sextant_cycle_resumed(
         outputs.check(Extent::of(sensor))?;
         // SAFETY: the caller promises the bytes.
         let Before { orbit, misalignment_rad, sigma_rad } = before(unsafe { kept.slice() }?)?;
+        // Before the mounting is taken: a call that is refused changes nothing.
+        // SAFETY: the caller's promises are the same.
+        unsafe { whole(instruments) }?;
         // SAFETY: the handle is aligned; that a sensor's memory stands behind it is the caller's promise.
         unsafe { memory::with(sensor, |sensor| sensor.initialise_mounting(misalignment_rad, sigma_rad)) }?;
         // SAFETY: the caller's promises are the same; handle and outputs were checked.

@@ -18,6 +18,10 @@ const RATE_RAD_S: f64 = 1.078_007e-3;
 
 /// Telemetry of so many seconds before power-on: a circle in the equator's plane.
 fn kept(age_s: i64) -> Vec<u8> {
+    kept_with(age_s, SIGMA_RAD)
+}
+
+fn kept_with(age_s: i64, misalignment_sigma_rad: [f32; 3]) -> Vec<u8> {
     let orbit = OrbitReport {
         position_km: [RADIUS_KM, 0.0, 0.0],
         velocity_km_s: [0.0, RADIUS_KM * RATE_RAD_S, 0.0],
@@ -29,7 +33,7 @@ fn kept(age_s: i64) -> Vec<u8> {
         limb_height_km: 0.0,
         limb_height_sigma_km: 0.5,
         misalignment_rad: MISALIGNMENT_RAD,
-        misalignment_sigma_rad: SIGMA_RAD,
+        misalignment_sigma_rad,
         nis: None,
         nis_freedom: 0,
         since_fix_s: 20,
@@ -117,4 +121,37 @@ fn what_is_no_frame_with_an_orbit_is_refused_and_nothing_flown() {
     }
     let (status, Outputs { result, .. }) = resume(sensor, &mut world, bytes(&good));
     assert_eq!((status, result.cycle, result.command), (Status::Ok, 1, CommandResult::Done));
+}
+
+#[test]
+fn instruments_that_are_refused_leave_the_mounting_as_it_was() {
+    let (memory, mut world) = (Memory::new(), World::new());
+    let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
+    fly(sensor, &mut world, 1);
+    let (good, mut outputs) = (kept(60), Outputs::new());
+    let mut spoilt = world.instruments();
+    spoilt.detector.read = None;
+    let (telemetry, length) = (outputs.telemetry.as_mut_ptr(), &raw mut outputs.length);
+    let result = &raw mut outputs.result;
+    for (instruments, refusal) in
+        [(&raw const spoilt, Status::Instruments), (core::ptr::null(), Status::Null)]
+    {
+        // SAFETY: a sensor, bytes that last, outputs of the right lengths; the instruments are refused.
+        let status = unsafe {
+            sextant_cycle_resumed(
+                sensor,
+                bytes(&good),
+                instruments,
+                telemetry,
+                TELEMETRY_BYTES,
+                length,
+                result,
+            )
+        };
+        assert_eq!(status, refusal);
+    }
+    // A mounting without a sigma is none: the orbit begins with what is known of it, which is nothing.
+    let (status, _) = resume(sensor, &mut world, bytes(&kept_with(60, [0.0; 3])));
+    assert_eq!(status, Status::Ok);
+    assert_eq!(fly(sensor, &mut world, 3).1.orbit.misalignment_rad, [0.0; 3]);
 }
