@@ -86,7 +86,7 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 15
+#define SEXTANT_TELEMETRY_VERSION 16
 
 /**
  * Version of the parameter table that is read; its first byte.
@@ -96,7 +96,7 @@
 /**
  * Bytes of memory that hold a link, on any machine of 32 or 64 bits; aligned as a sensor's.
  */
-#define SEXTANT_LINK_BYTES 1024
+#define SEXTANT_LINK_BYTES 1536
 
 /**
  * Bytes that hold any report.
@@ -155,7 +155,8 @@ enum sextant_status
      */
     SEXTANT_STATUS_COMMAND = 7,
     /**
-     * A callback that is needed is null, or the detector's geometry is impossible.
+     * A callback that is needed is null, or the detector's geometry is impossible or not that of its bad
+     * pixels.
      */
     SEXTANT_STATUS_INSTRUMENTS = 8,
     /**
@@ -198,6 +199,18 @@ enum sextant_status
      * What was kept of before a restart is no whole telemetry frame of this version with an orbit.
      */
     SEXTANT_STATUS_KEPT = 18,
+    /**
+     * The bad pixels' file was cut or damaged, or is none.
+     */
+    SEXTANT_STATUS_BAD_PIXELS_DAMAGED = 19,
+    /**
+     * The bad pixels' file has a layout that this library does not read.
+     */
+    SEXTANT_STATUS_BAD_PIXELS_VERSION = 20,
+    /**
+     * The bad pixels are those of a detector of another size than the parameter table's.
+     */
+    SEXTANT_STATUS_BAD_PIXELS_MISMATCH = 21,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -236,7 +249,8 @@ enum sextant_mode
      */
     SEXTANT_MODE_SUN_OUTAGE = 4,
     /**
-     * After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every second.
+     * After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every
+     * second.
      */
     SEXTANT_MODE_SAFE = 5,
     /**
@@ -605,6 +619,12 @@ typedef struct sextant_tables {
      * where the parameter table names it, and must last then, unchanged, as long as the sensor.
      */
     struct sextant_bytes calibration;
+    /**
+     * Bad pixels and offsets of columns of the detector, as `sil-host defects` writes them; empty where
+     * there are none. What the detector's callback reads is corrected by them. Not copied: they must last,
+     * unchanged, as long as the sensor.
+     */
+    struct sextant_bytes bad_pixels;
 } sextant_tables;
 
 /**
@@ -648,8 +668,8 @@ typedef struct sextant_window {
 } sextant_window;
 
 /**
- * The active-pixel detector. At most one exposure a cycle, then any number of windows of that image; a window
- * read twice gives the same values. All callbacks are needed.
+ * The active-pixel detector. At most one exposure a cycle, then any number of windows of that image; a
+ * window read twice gives the same values. All callbacks are needed.
  */
 typedef struct sextant_detector {
     /**
@@ -746,7 +766,7 @@ typedef struct sextant_rate_sensor {
  */
 typedef struct sextant_meter {
     /**
-     * Handed to both callbacks; may be null.
+     * Handed to the callbacks; may be null.
      */
     void *context;
     /**
@@ -759,6 +779,11 @@ typedef struct sextant_meter {
      */
     void (*end)(void *context,
                 uint32_t stage);
+    /**
+     * Whether the last cycle took longer than it may, by a timer of your own: asked once as a cycle begins,
+     * which tells it as an event. Null: it did not.
+     */
+    bool (*overran)(void *context);
 } sextant_meter;
 
 /**
@@ -1178,18 +1203,26 @@ typedef struct sextant_result {
      */
     bool earth_path_clear;
     /**
-     * How many stars were seen through the Earth path that do not contradict each other; 0: none, or none were
-     * looked for.
+     * How many stars were seen through the Earth path that do not contradict each other; 0: none, or none
+     * were looked for.
      */
     uint8_t earth_path_stars;
+    /**
+     * Whether `sensor_state` is known: the Sun by attitude and time, the limb by what is seen of it or by
+     * the orbit.
+     */
+    bool sensor_state_known;
+    /**
+     * What the sensor can do in this second; `FULL` where it is not known.
+     */
+    sextant_sensor_state sensor_state;
 } sextant_result;
 
 /**
  * Non-volatile memory of catalogue, calibration and bad pixels that are sent up by telecommand. Of each
  * there are two copies: the one that serves, which nothing writes, and a spare one, which serves from the
- * next start on once it was marked as whole. Catalogue and calibration that serve are given to
- * `sextant_init`; bad pixels are for the program's own detector, as no call here applies them. All zero
- * where there is none.
+ * next start on once it was marked as whole. Those that serve are given to `sextant_init`. All zero where
+ * there is none.
  */
 typedef struct sextant_areas {
     /**
@@ -1211,8 +1244,8 @@ typedef struct sextant_areas {
     struct sextant_bytes bad_pixels;
     /**
      * Writes `length` bytes of a file to the spare copy of `area` (a `sextant_area`), `offset` bytes from
-     * its beginning. Parts come one behind the other; with that at 0 a new file begins and the mark of the one
-     * before is gone. Answers `OK`, `ALIGNMENT` where a part cannot begin there, `TIMEOUT` or `BUS`.
+     * its beginning. Parts come one behind the other; with that at 0 a new file begins and the mark of the
+     * one before is gone. Answers `OK`, `ALIGNMENT` where a part cannot begin there, `TIMEOUT` or `BUS`.
      */
     uint32_t (*write)(void *context,
                       uint32_t area,
@@ -1301,8 +1334,8 @@ struct sextant_bytes sextant_reference_calibration(void);
  * - `sensor`: where the sensor's handle is written.
  *
  * Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `PARAMETERS_...`,
- * `CATALOGUE_...`, `CALIBRATION_...` for the tables; `BUSY`. Unless `OK`, memory and handle are as before:
- * a sensor that was there flies on with its old tables.
+ * `CATALOGUE_...`, `CALIBRATION_...`, `BAD_PIXELS_...` for the tables; `BUSY`. Unless `OK`, memory and
+ * handle are as before: a sensor that was there flies on with its old tables.
  */
 sextant_status sextant_init(void *memory,
                             size_t memory_bytes,
@@ -1396,8 +1429,8 @@ sextant_status sextant_cycle_commanded(struct sextant_sensor *sensor,
  * - `report`, `report_bytes`: where it is written, at least `SEXTANT_REPORT_BYTES`.
  * - `report_length`: where its length is written; 0 where no report waits.
  *
- * Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `NOT_A_SENSOR`, `BUSY`. Unless `OK`
- * nothing is written.
+ * Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `NOT_A_SENSOR`, `BUSY`. Unless
+ * `OK` nothing is written.
  */
 sextant_status sextant_link_report(struct sextant_link *link,
                                    struct sextant_sensor *sensor,

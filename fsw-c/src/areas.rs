@@ -21,9 +21,8 @@ pub enum Area {
 
 /// Non-volatile memory of catalogue, calibration and bad pixels that are sent up by telecommand. Of each
 /// there are two copies: the one that serves, which nothing writes, and a spare one, which serves from the
-/// next start on once it was marked as whole. Catalogue and calibration that serve are given to
-/// `sextant_init`; bad pixels are for the program's own detector, as no call here applies them. All zero
-/// where there is none.
+/// next start on once it was marked as whole. Those that serve are given to `sextant_init`. All zero where
+/// there is none.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Areas {
@@ -37,8 +36,8 @@ pub struct Areas {
     /// The same of the bad pixels.
     pub bad_pixels: Bytes,
     /// Writes `length` bytes of a file to the spare copy of `area` (a `sextant_area`), `offset` bytes from
-    /// its beginning. Parts come one behind the other; with that at 0 a new file begins and the mark of the one
-    /// before is gone. Answers `OK`, `ALIGNMENT` where a part cannot begin there, `TIMEOUT` or `BUS`.
+    /// its beginning. Parts come one behind the other; with that at 0 a new file begins and the mark of the
+    /// one before is gone. Answers `OK`, `ALIGNMENT` where a part cannot begin there, `TIMEOUT` or `BUS`.
     pub write: Option<
         unsafe extern "C" fn(
             context: *mut c_void,

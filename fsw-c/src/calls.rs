@@ -1,5 +1,6 @@
 //! The calls of the C face.
 
+use crate::bad_pixels::CorrectedDetector;
 use crate::doors::{Bytes, Extent, check, check_length, check_memory};
 use crate::instruments::Instruments;
 use crate::memory::{self, SensorMemory, Tables};
@@ -7,8 +8,8 @@ use crate::results::CycleResult;
 use crate::status::Status;
 use core::ffi::{CStr, c_char, c_void};
 use fsw_core::catalog::{Catalogue, CatalogueError};
-use fsw_core::command::CommandOutcome;
 use fsw_core::image::calibration::{Calibration, CalibrationError};
+use fsw_core::image::defects::{Defects, DefectsError};
 use fsw_core::packet::PacketError;
 use fsw_core::parameters::{self, Parameters};
 use fsw_core::sensor;
@@ -24,7 +25,7 @@ pub const TELEMETRY_BYTES: usize = 2560;
 /// Bytes that hold any parameter table.
 pub const PARAMETERS_BYTES: usize = 512;
 /// Version of the telemetry frames' layout; their first byte after the length.
-pub const TELEMETRY_VERSION: u8 = 15;
+pub const TELEMETRY_VERSION: u8 = 16;
 /// Version of the parameter table that is read; its first byte.
 pub const PARAMETERS_VERSION: u8 = 25;
 
@@ -66,6 +67,10 @@ pub struct SensorTables {
     /// Calibration of lens and pixels, as `sil-host calibrate` writes it; empty where there is none. Used
     /// where the parameter table names it, and must last then, unchanged, as long as the sensor.
     pub calibration: Bytes,
+    /// Bad pixels and offsets of columns of the detector, as `sil-host defects` writes them; empty where
+    /// there are none. What the detector's callback reads is corrected by them. Not copied: they must last,
+    /// unchanged, as long as the sensor.
+    pub bad_pixels: Bytes,
 }
 
 /// The library's version, "major.minor.patch": a static string.
@@ -113,8 +118,8 @@ pub extern "C" fn sextant_reference_calibration() -> Bytes {
 /// - `sensor`: where the sensor's handle is written.
 ///
 /// Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `PARAMETERS_...`,
-/// `CATALOGUE_...`, `CALIBRATION_...` for the tables; `BUSY`. Unless `OK`, memory and handle are as before:
-/// a sensor that was there flies on with its old tables.
+/// `CATALOGUE_...`, `CALIBRATION_...`, `BAD_PIXELS_...` for the tables; `BUSY`. Unless `OK`, memory and
+/// handle are as before: a sensor that was there flies on with its old tables.
 ///
 /// # Safety
 /// The pointers point to objects of their types and of the lengths given, or are refused; tables stay as
@@ -147,7 +152,7 @@ unsafe fn init(
     used.check_apart(Extent::of(sensor))?;
     // SAFETY: not null and aligned; the rest is the caller's promise.
     let tables = unsafe { tables.read() };
-    for lasting in [tables.catalogue, tables.calibration] {
+    for lasting in [tables.catalogue, tables.calibration, tables.bad_pixels] {
         used.check_apart(Extent::of_bytes(lasting.data, lasting.length))?;
     }
     // SAFETY: the caller promises the tables and the memory; it is aligned and long enough, and no table
@@ -164,9 +169,11 @@ unsafe fn init(
 /// # Safety
 /// As [`sextant_init`].
 unsafe fn open(tables: &SensorTables) -> Result<Tables, Status> {
-    // SAFETY: the caller promises the bytes, the last two for as long as the sensor is used.
-    let (parameters, catalogue, calibration) =
-        unsafe { (tables.parameters.slice()?, tables.catalogue.slice()?, tables.calibration.slice()?) };
+    // SAFETY: the caller promises the bytes, all but the first for as long as the sensor is used.
+    let (parameters, catalogue, calibration, bad_pixels) = unsafe {
+        let SensorTables { parameters, catalogue, calibration, bad_pixels } = tables;
+        (parameters.slice()?, catalogue.slice()?, calibration.slice()?, bad_pixels.slice()?)
+    };
     let parameters = Parameters::decode(parameters).map_err(|error| match error {
         PacketError::Version(_) => Status::ParametersVersion,
         _ => Status::ParametersDamaged,
@@ -184,7 +191,14 @@ unsafe fn open(tables: &SensorTables) -> Result<Tables, Status> {
             _ => Status::CalibrationDamaged,
         })?),
     };
-    Ok(Tables { parameters, catalogue, calibration })
+    let bad_pixels = match bad_pixels {
+        [] => None,
+        bytes => Some(Defects::open(bytes).map_err(|error| match error {
+            DefectsError::Version(_) => Status::BadPixelsVersion,
+            _ => Status::BadPixelsDamaged,
+        })?),
+    };
+    Ok(Tables { parameters, catalogue, calibration, bad_pixels })
 }
 
 /// Flies one second: exposes, reads, measures, and reports. To be called once a second.
@@ -281,7 +295,7 @@ unsafe fn cycle(
     outputs.check(Extent::of(sensor))?;
     let command = flight_command(command)?;
     // SAFETY: the caller's promises are the same, and the outputs were checked.
-    unsafe { fly(sensor, instruments, command, outputs) }.map(|_| ())
+    unsafe { fly(sensor, instruments, command, outputs, |_| ()) }
 }
 
 /// The instruments, or why they cannot be used.
@@ -295,33 +309,35 @@ pub(crate) unsafe fn whole(instruments: *const Instruments) -> Result<Instrument
     if instruments.are_complete() { Ok(instruments) } else { Err(Status::Instruments) }
 }
 
-/// Flies a second with a command; what came of the command.
+/// Flies a second with a command; what is `kept` of its report.
 ///
 /// # Safety
 /// As [`sextant_cycle`]; the sensor's handle and the outputs were checked.
-pub(crate) unsafe fn fly(
+pub(crate) unsafe fn fly<Kept>(
     sensor: *mut SensorMemory,
     instruments: *const Instruments,
     command: sensor::Command,
     outputs: &Outputs,
-) -> Result<Option<CommandOutcome>, Status> {
+    kept: impl FnOnce(&Report) -> Kept,
+) -> Result<Kept, Status> {
     // SAFETY: the caller's promise is the same.
-    let instruments = unsafe { whole(instruments) }?;
+    let lent = unsafe { whole(instruments) }?;
     // SAFETY: the caller promises the callbacks, for this call.
-    let (mut detector, mut clock, mut rate_sensor, mut magnetometer, mut meter, mut shutter) =
-        unsafe { instruments.lend() };
-    let mut instruments = sensor::Instruments {
-        detector: &mut detector,
-        clock: &mut clock,
-        meter: &mut meter,
-        rate_sensor: &mut rate_sensor,
-        magnetometer: &mut magnetometer,
-        shutter: &mut shutter,
-    };
-    let second = |sensor: &mut sensor::Sensor| {
+    let (detector, mut clock, mut rate_sensor, mut magnetometer, mut meter, mut shutter) =
+        unsafe { lent.lend() };
+    let second = |sensor: &mut sensor::Sensor, bad_pixels| {
+        lent.check_size(bad_pixels)?;
+        let mut instruments = sensor::Instruments {
+            detector: &mut CorrectedDetector { detector, bad_pixels },
+            clock: &mut clock,
+            meter: &mut meter,
+            rate_sensor: &mut rate_sensor,
+            magnetometer: &mut magnetometer,
+            shutter: &mut shutter,
+        };
         let report = sensor.cycle(&mut instruments, command);
         // SAFETY: the outputs were checked; the rest is the caller's promise.
-        unsafe { outputs.write(&report) }.map(|()| report.command)
+        unsafe { outputs.write(&report) }.map(|()| kept(&report))
     };
     // SAFETY: the handle is aligned; that a sensor's memory stands behind it is the caller's promise, and
     // the outputs lie outside of it.

@@ -1,10 +1,12 @@
 //! The instruments as C lends them: callbacks with a context, behind the traits of `fsw-hal`.
 //!
 //! In: a [`Instruments`] of function pointers. Out: a detector, a clock, a rate sensor, shutters and a
-//! stage meter that the flight code calls. What a callback answers is a [`Reply`]; any other number counts as a failed
-//! link.
+//! stage meter that the flight code calls. What a callback answers is a [`Reply`]; any other number counts as
+//! a failed link.
 
+use crate::status::Status;
 use core::ffi::c_void;
+use fsw_core::image::defects::Defects;
 use fsw_hal::{
     AngularRate, ClockError, DetectorError, DetectorGeometry, LocalTime, MagneticField, OpenPaths,
     ReadingError, ShutterError, Stage, StageMeter, Window as HalWindow,
@@ -62,8 +64,8 @@ pub struct Window {
     pub height: u16,
 }
 
-/// The active-pixel detector. At most one exposure a cycle, then any number of windows of that image; a window
-/// read twice gives the same values. All callbacks are needed.
+/// The active-pixel detector. At most one exposure a cycle, then any number of windows of that image; a
+/// window read twice gives the same values. All callbacks are needed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Detector {
@@ -169,12 +171,15 @@ pub struct Shutter {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Meter {
-    /// Handed to both callbacks; may be null.
+    /// Handed to the callbacks; may be null.
     pub context: *mut c_void,
     /// A stage begins; null where nothing is measured.
     pub begin: Option<unsafe extern "C" fn(context: *mut c_void, stage: u32)>,
     /// A stage ends; null where nothing is measured.
     pub end: Option<unsafe extern "C" fn(context: *mut c_void, stage: u32)>,
+    /// Whether the last cycle took longer than it may, by a timer of your own: asked once as a cycle begins,
+    /// which tells it as an event. Null: it did not.
+    pub overran: Option<unsafe extern "C" fn(context: *mut c_void) -> bool>,
 }
 
 /// The instruments, lent for one cycle. The callbacks run on the caller's stack, within `sextant_cycle`.
@@ -207,6 +212,13 @@ impl Instruments {
             && detector.read.is_some()
             && clock.local_time.is_some()
             && clock.terrestrial_time.is_some()
+    }
+
+    /// Refuses a detector of another size than that of the bad pixels.
+    pub(crate) fn check_size(&self, bad_pixels: Option<Defects>) -> Result<(), Status> {
+        let Geometry { width_px, height_px, .. } = self.detector.geometry;
+        let other = bad_pixels.is_some_and(|defects| defects.size_px() != [width_px, height_px]);
+        if other { Err(Status::Instruments) } else { Ok(()) }
     }
 
     /// The instruments behind the traits of `fsw-hal`. One without its callback answers as a failed link;
@@ -413,5 +425,10 @@ impl StageMeter for CMeter {
             // SAFETY: as in `begin`.
             unsafe { end(self.0.context, stage as u32) };
         }
+    }
+
+    fn overran(&mut self) -> bool {
+        // SAFETY: as in `begin`.
+        self.0.overran.is_some_and(|overran| unsafe { overran(self.0.context) })
     }
 }

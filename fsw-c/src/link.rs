@@ -9,10 +9,11 @@ use crate::results::CycleResult;
 use crate::status::Status;
 use core::ffi::c_void;
 use fsw_core::command::{self, CommandLink, Key, Refusal};
+use fsw_core::telemetry::Report;
 use fsw_hal::LocalTime;
 
 /// Bytes of memory that hold a link, on any machine of 32 or 64 bits; aligned as a sensor's.
-pub const LINK_BYTES: usize = 1024;
+pub const LINK_BYTES: usize = 1536;
 /// Bytes that hold any report.
 pub const REPORT_BYTES: usize = 226;
 /// Longest telecommand, bytes.
@@ -164,11 +165,14 @@ pub unsafe extern "C" fn sextant_cycle_commanded(
         outputs.check(Extent::of(link))?;
         Extent::of(sensor).check_apart(Extent::of(link))?;
         let second = |link: &mut CommandLink<CAreas>| {
+            let kept = |report: &Report| (report.command, report.cycle, report.events.clone());
             // SAFETY: the caller's promises are the same; handle and outputs were checked.
-            let outcome = unsafe { fly(sensor, instruments, link.command(), &outputs) }?;
+            let flown = unsafe { fly(sensor, instruments, link.command(), &outputs, kept) };
+            let (outcome, cycle, events) = flown?;
             link.conclude(outcome);
+            link.log(cycle, &events);
             // SAFETY: as before. Where another call holds the sensor the check waits for the next second.
-            let _ = unsafe { memory::with(sensor, |sensor| link.check_area(sensor.parameters())) };
+            let _ = unsafe { memory::with(sensor, |sensor, _| link.check_area(sensor.parameters())) };
             Ok(())
         };
         // SAFETY: the handle is aligned; that a link's memory stands behind it is the caller's promise.
@@ -185,8 +189,8 @@ pub unsafe extern "C" fn sextant_cycle_commanded(
 /// - `report`, `report_bytes`: where it is written, at least `SEXTANT_REPORT_BYTES`.
 /// - `report_length`: where its length is written; 0 where no report waits.
 ///
-/// Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `NOT_A_SENSOR`, `BUSY`. Unless `OK`
-/// nothing is written.
+/// Returns `OK`; `NULL`, `SIZE`, `ALIGNMENT`, `OVERLAP` for the arguments; `NOT_A_SENSOR`, `BUSY`. Unless
+/// `OK` nothing is written.
 ///
 /// # Safety
 /// The pointers point to objects of their types and of the lengths given, or are refused.
@@ -221,7 +225,7 @@ pub unsafe extern "C" fn sextant_link_report(
         // SAFETY: the handles are aligned; that their memories stand behind them is the caller's promise.
         let written = unsafe {
             memory::with_link(link, |link| {
-                memory::with(sensor, |sensor| {
+                memory::with(sensor, |sensor, _| {
                     link.next_report(now, sensor.parameters(), buffer).map_or(0, <[u8]>::len)
                 })
             })

@@ -12,6 +12,7 @@ use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use fsw_core::catalog::Catalogue;
 use fsw_core::command::CommandLink;
 use fsw_core::image::calibration::Calibration;
+use fsw_core::image::defects::Defects;
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Sensor, SensorError, Workspace, calibration_fits};
 
@@ -74,6 +75,7 @@ impl Drop for Held<'_> {
 pub struct SensorMemory {
     head: Head,
     sensor: MaybeUninit<Sensor<'static>>,
+    bad_pixels: MaybeUninit<Option<Defects<'static>>>,
     workspace: MaybeUninit<Workspace>,
 }
 
@@ -92,12 +94,19 @@ pub(crate) struct Tables {
     pub(crate) catalogue: Catalogue<'static>,
     /// Opened; none where the parameters name none.
     pub(crate) calibration: Option<Calibration<'static>>,
+    /// Opened; none where there is none.
+    pub(crate) bad_pixels: Option<Defects<'static>>,
 }
 
 impl Tables {
     /// Refuses what [`Tables::sensor`] would refuse, before any memory is touched.
     fn check(&self) -> Result<(), Status> {
         self.parameters.check().map_err(|_| Status::ParametersRange)?;
+        let camera = &self.parameters.camera;
+        let size_px = [camera.width_px, camera.height_px];
+        if self.bad_pixels.is_some_and(|defects| defects.size_px() != size_px) {
+            return Err(Status::BadPixelsMismatch);
+        }
         match &self.calibration {
             Some(calibration) if !calibration_fits(&self.parameters, calibration) => {
                 Err(Status::CalibrationMismatch)
@@ -114,7 +123,7 @@ impl Tables {
         workspace: &'static mut Workspace,
         place: &mut MaybeUninit<Sensor<'static>>,
     ) -> Result<(), Status> {
-        let Self { parameters, catalogue, calibration } = self;
+        let Self { parameters, catalogue, calibration, .. } = self;
         let made = Sensor::new_in(place, catalogue, parameters, calibration, workspace);
         made.map(|_| ()).map_err(|error| match error {
             SensorError::Parameters(_) => Status::ParametersRange,
@@ -127,7 +136,7 @@ impl Tables {
 ///
 /// # Errors
 /// [`Status::Busy`], and what is wrong with the tables: [`Status::ParametersRange`],
-/// [`Status::CalibrationMismatch`]. The memory then holds what it held.
+/// [`Status::CalibrationMismatch`], [`Status::BadPixelsMismatch`]. The memory then holds what it held.
 ///
 /// # Safety
 /// `memory` is aligned and memory of a [`SensorMemory`] that is used through this module alone from now on.
@@ -136,18 +145,19 @@ pub(crate) unsafe fn make(memory: *mut SensorMemory, tables: Tables) -> Result<(
     // SAFETY: the caller's promise; any bits are a number, and they are read and written as atomics only.
     let head = unsafe { &(*memory).head };
     let mut held = head.begin()?;
-    // SAFETY: the state gives this call the memory. All zero is an empty workspace (a test compares them), and
-    // the one reference to it is the sensor's.
+    // SAFETY: the state gives this call the memory. All zero is an empty workspace (a test compares them),
+    // and the one reference to it is the sensor's.
     unsafe {
         let workspace = (&raw mut (*memory).workspace).cast::<Workspace>();
         workspace.write_bytes(0, 1);
+        (*memory).bad_pixels.write(tables.bad_pixels);
         tables.write_sensor(&mut *workspace, &mut (*memory).sensor)?;
     }
     held.then = SENSOR_READY;
     Ok(())
 }
 
-/// Lends the sensor of a memory for one call.
+/// Lends the sensor of a memory and its bad pixels for one call.
 ///
 /// # Errors
 /// [`Status::NotASensor`], [`Status::Busy`].
@@ -156,13 +166,15 @@ pub(crate) unsafe fn make(memory: *mut SensorMemory, tables: Tables) -> Result<(
 /// `memory` is aligned and memory of a [`SensorMemory`], of which nothing else is used meanwhile.
 pub(crate) unsafe fn with<T>(
     memory: *mut SensorMemory,
-    call: impl FnOnce(&mut Sensor<'static>) -> T,
+    call: impl FnOnce(&mut Sensor<'static>, Option<Defects<'static>>) -> T,
 ) -> Result<T, Status> {
     // SAFETY: as in `make`.
     let _held = unsafe { &(*memory).head }.hold(SENSOR_READY)?;
-    // SAFETY: a sensor was written before the state became its own, and the state gives it to this call
+    // SAFETY: both were written before the state became its own, and the state gives them to this call
     // alone.
-    Ok(call(unsafe { (*memory).sensor.assume_init_mut() }))
+    let (sensor, bad_pixels) =
+        unsafe { ((*memory).sensor.assume_init_mut(), (*memory).bad_pixels.assume_init_read()) };
+    Ok(call(sensor, bad_pixels))
 }
 
 /// Makes a link; one that was there is forgotten.

@@ -36,7 +36,8 @@ pub enum Mode {
     Eclipse = 3,
     /// The Sun blinds the detector: attitude by the last rate, orbit propagated.
     SunOutage = 4,
-    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every second.
+    /// After persistent faults or a time-out: the orbit is propagated, the self-test repeated in every
+    /// second.
     Safe = 5,
     /// By command, or without a parameter table that can be used: the orbit is propagated, no image is taken
     /// until a command ends it.
@@ -327,7 +328,12 @@ pub struct CycleResult {
     pub earth_path_shut: bool,
     /// Whether the Earth path's filter was to be out of the way.
     pub earth_path_clear: bool,
-    /// How many stars were seen through the Earth path that do not contradict each other; 0: none, or none were
-    /// looked for.
+    /// How many stars were seen through the Earth path that do not contradict each other; 0: none, or none
+    /// were looked for.
     pub earth_path_stars: u8,
+    /// Whether `sensor_state` is known: the Sun by attitude and time, the limb by what is seen of it or by
+    /// the orbit.
+    pub sensor_state_known: bool,
+    /// What the sensor can do in this second; `FULL` where it is not known.
+    pub sensor_state: SensorState,
 }

@@ -43,11 +43,16 @@ pub unsafe extern "C" fn sextant_cycle_resumed(
         let Before { orbit, misalignment_rad, sigma_rad } = before(unsafe { kept.slice() }?)?;
         // Before the mounting is taken: a call that is refused changes nothing.
         // SAFETY: the caller's promises are the same.
-        unsafe { whole(instruments) }?;
+        let lent = unsafe { whole(instruments) }?;
+        let take = |sensor: &mut sensor::Sensor, bad_pixels| {
+            lent.check_size(bad_pixels)?;
+            sensor.initialise_mounting(misalignment_rad, sigma_rad);
+            Ok(())
+        };
         // SAFETY: the handle is aligned; that a sensor's memory stands behind it is the caller's promise.
-        unsafe { memory::with(sensor, |sensor| sensor.initialise_mounting(misalignment_rad, sigma_rad)) }?;
+        unsafe { memory::with(sensor, take) }??;
         // SAFETY: the caller's promises are the same; handle and outputs were checked.
-        unsafe { fly(sensor, instruments, sensor::Command::Orbit(orbit), &outputs) }.map(|_| ())
+        unsafe { fly(sensor, instruments, sensor::Command::Orbit(orbit), &outputs, |_| ()) }
     };
     Status::of(resumed())
 }

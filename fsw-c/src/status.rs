@@ -23,7 +23,8 @@ pub enum Status {
     Busy = 6,
     /// The command is none of `sextant_command`.
     Command = 7,
-    /// A callback that is needed is null, or the detector's geometry is impossible.
+    /// A callback that is needed is null, or the detector's geometry is impossible or not that of its bad
+    /// pixels.
     Instruments = 8,
     /// The parameter table was cut or damaged, or is none.
     ParametersDamaged = 9,
@@ -45,10 +46,16 @@ pub enum Status {
     Telemetry = 17,
     /// What was kept of before a restart is no whole telemetry frame of this version with an orbit.
     Kept = 18,
+    /// The bad pixels' file was cut or damaged, or is none.
+    BadPixelsDamaged = 19,
+    /// The bad pixels' file has a layout that this library does not read.
+    BadPixelsVersion = 20,
+    /// The bad pixels are those of a detector of another size than the parameter table's.
+    BadPixelsMismatch = 21,
 }
 
 /// All of them, in the order of their numbers.
-const ALL: [Status; 19] = [
+const ALL: [Status; 22] = [
     Status::Ok,
     Status::Null,
     Status::Size,
@@ -68,6 +75,9 @@ const ALL: [Status; 19] = [
     Status::CalibrationMismatch,
     Status::Telemetry,
     Status::Kept,
+    Status::BadPixelsDamaged,
+    Status::BadPixelsVersion,
+    Status::BadPixelsMismatch,
 ];
 
 impl Status {
@@ -87,7 +97,7 @@ impl Status {
             Self::NotASensor => c"no sensor or link was initialised at this address, or it was moved since",
             Self::Busy => c"the sensor or the link is in a call already",
             Self::Command => c"the command is none of sextant_command",
-            Self::Instruments => c"a callback is missing, or the detector's geometry is impossible",
+            Self::Instruments => c"a callback is missing, or the detector's geometry cannot be used",
             Self::ParametersDamaged => c"the parameter table is damaged, or is none",
             Self::ParametersVersion => c"the parameter table is of another version",
             Self::ParametersRange => c"a value of the parameter table is outside its range",
@@ -98,6 +108,9 @@ impl Status {
             Self::CalibrationMismatch => c"the calibration is not the one that the parameter table names",
             Self::Telemetry => c"the telemetry frame could not be written",
             Self::Kept => c"what was kept is no whole telemetry frame of this version with an orbit",
+            Self::BadPixelsDamaged => c"the bad pixels' file is damaged, or is none",
+            Self::BadPixelsVersion => c"the bad pixels' file has a layout that this library does not read",
+            Self::BadPixelsMismatch => c"the bad pixels are those of a detector of another size",
         }
     }
 }
@@ -122,7 +135,7 @@ mod tests {
             assert_eq!(sextant_status_text(status as u32), status.text().as_ptr());
             assert!(texts.insert(status.text()), "{status:?}");
         }
-        for number in [19, 20, u32::MAX] {
+        for number in [22, 23, u32::MAX] {
             // SAFETY: the function gives static strings only.
             assert_eq!(unsafe { CStr::from_ptr(sextant_status_text(number)) }, c"unknown status");
         }

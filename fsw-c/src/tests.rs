@@ -1,5 +1,6 @@
 //! The calls as C makes them.
 
+mod bad_pixels;
 mod link;
 mod resuming;
 mod spoilt;
@@ -61,6 +62,21 @@ fn seconds_flown_by_c_give_the_telemetry_of_rust() {
     assert_eq!(result.outcome, Outcome::NotIdentified);
     let [begun, ended] = world.marks;
     assert!(begun == ended && begun > 4);
+}
+
+#[test]
+fn a_cycle_that_took_too_long_is_told_by_the_next_one() {
+    let parameters = encoded(&parameters());
+    let memory = Memory::new();
+    let (_, sensor) = init(&memory, &tables(&parameters));
+    let mut world = World::new();
+    let mut overran = |late: bool| {
+        world.late = late;
+        let (stream, _) = fly(sensor, &mut world, 1);
+        let report = telemetry::decode(telemetry::split_first(&stream).unwrap().0).unwrap();
+        report.events.contains(&telemetry::Event::Overran)
+    };
+    assert_eq!([false, true, false].map(&mut overran), [false, true, false]);
 }
 
 #[test]

@@ -26,6 +26,7 @@
 //! | 1, 7 | done | request |
 //! | 1, 8 | refused when it was to be done | request; [`Refusal`], u16 |
 //! | 129, 4 | part of the parameter table | offset, u16; length of the table, u16; bytes |
+//! | 130, 2 | part of the [log of events](event_log) | number of its first, u32; how many are left, u16; events |
 //!
 //! Files of catalogue, calibration and bad pixels go up in parts as a parameter table does, into memory of
 //! the board ([`AreaStore`](fsw_hal::AreaStore)), are checked there, a slice a second, and serve from the
@@ -35,6 +36,7 @@
 
 mod area_check;
 pub mod authentication;
+pub mod event_log;
 pub mod ground;
 mod link;
 mod packets;

@@ -1,48 +1,24 @@
 //! Mode transitions (thesis §8).
 //!
-//! In: the present mode and the results of the second. Out: the next mode and the guard that fired. The
-//! table is evaluated from its top; the first true guard decides.
+//! In: the present mode and the results of the second. Out: the next mode and the guard that fired,
+//! by the table [`TRANSITIONS`]: the first row that holds decides. The page `MODES.md` lists its rows
+//! (`sil-host modes` writes it).
 //!
-//! | from | guard | to |
-//! |---|---|---|
-//! | any but safe, commanded safe | `fault_patience_s` seconds in a row with a fault of detector or self-test and without an attitude | safe |
-//! | tracking, eclipse | the detector is blinded | Sun outage |
-//! | acquisition | the same; dwelt | Sun outage |
-//! | self-test | passed | acquisition |
-//! | acquisition | an attitude, and a rate by which the next one is predicted to the tracking gate; dwelt | tracking, eclipse |
-//! | acquisition | `acquisition_timeout_s` seconds without an attitude | safe |
-//! | tracking, eclipse | no attitude for `patience_s` seconds | acquisition |
-//! | tracking | no limb in the field is lit, for `settle_s` seconds | eclipse |
-//! | eclipse | a limb in the field is lit, for `settle_s` seconds | tracking |
-//! | Sun outage | not blinded, and as in acquisition; dwelt | tracking, eclipse |
-//! | Sun outage | not blinded for `settle_s` seconds, attitude predicted to the tracking gate; dwelt | tracking, eclipse |
-//! | Sun outage | not blinded for `settle_s` seconds; dwelt | acquisition |
-//! | Sun outage | `outage_timeout_s` seconds in the mode | safe |
-//! | safe | self-test passed in `healthy_s` seconds in a row | acquisition |
-//! | commanded safe | none: only a command leaves it | |
-//!
-//! Dwelt: `dwell_s` seconds since tracking was lost, a Sun outage began or ended, or safe mode ended.
 //! Acquisition and Sun outage both identify stars wherever an image shows them, so nothing is lost by staying
-//! in them.
-//!
-//! Before a second begins, in this order:
-//!
-//! | from | cause | to |
-//! |---|---|---|
-//! | self-test, safe, commanded safe | the parameter table was damaged and taken from its copy | the same |
-//! | any other | the same | acquisition |
-//! | any | the parameter table was damaged and so was its copy | commanded safe |
-//! | any | command to reacquire, to restart, to safe mode | acquisition, self-test, commanded safe |
-//! | self-test, safe, commanded safe | another parameter table by command | the same |
-//! | any other | the same | acquisition |
+//! in them; tracking and eclipse both track stars.
 //!
 //! Seconds are local time between the calls; a longer gap
 //! counts as `LONGEST_STEP_US`, because no image was taken in it.
+
+mod transitions;
+
+pub use transitions::{Condition, FORCED, Forced, TRANSITIONS, Transition};
 
 use fsw_ground::table::parameter_group;
 use fsw_ground::word_sum;
 use fsw_hal::LocalTime;
 use serde::{Deserialize, Serialize};
+use transitions::decide;
 
 /// Longest time that a call adds to the counters, microseconds; the first call adds one second.
 const LONGEST_STEP_US: i64 = 2 * SECOND_US;
@@ -116,9 +92,10 @@ parameter_group! {
              1e6";
         /// Least time of a Sun outage, and of acquisition after a loss of tracking, a Sun outage or safe
         /// mode: they go on identifying stars as hardly chance would. What lost them, a slew, a gyro that is
-        /// wrong or the Sun's glare, may lose them again.
+        /// wrong or the Sun's glare, may lose them again. Least time of tracking and of eclipse before the
+        /// limb's light leads from one to the other.
         dwell_s: u16 = 10, 1..=600, "s",
-            "chosen: no three changes of mode within 10 s for want of stars";
+            "chosen: no three changes of mode within 10 s for want of stars or of light";
         /// Time of faults in a row, without an attitude, before safe mode.
         fault_patience_s: u16 = 13, 1..=600, "s",
             "`patience_s` and ten more: bursts of faults of ten seconds are borne in acquisition, and no three \
@@ -241,7 +218,7 @@ impl Modes {
         self.clear_us = count(self.clear_us, self.mode == Mode::SunOutage && inputs.is_clear());
         self.lost_us = self.lost_us.map(|us| count(us, true));
         self.earth_changed_us = count(self.earth_changed_us, earth_changed);
-        let (mode, guard) = self.decide(inputs, parameters)?;
+        let (mode, guard) = decide(self, inputs, parameters)?;
         let Self { with_fault_us, lost_us, .. } = *self;
         self.enter(mode);
         // These go on over changes of mode.
@@ -249,42 +226,6 @@ impl Modes {
         let begins = matches!(guard, Guard::AttitudeLost | Guard::Blinded | Guard::SunGone | Guard::Healthy);
         self.lost_us = if begins { Some(0) } else { lost_us };
         Some(guard)
-    }
-
-    /// The first row of the table whose guard is true.
-    fn decide(&self, inputs: &ModeInputs, parameters: &ModeParameters) -> Option<(Mode, Guard)> {
-        let tracking_mode = if inputs.dark == Some(true) { Mode::Eclipse } else { Mode::Tracking };
-        if !self.mode.is_safe() && reached(self.with_fault_us, parameters.fault_patience_s) {
-            return Some((Mode::Safe, Guard::Faults));
-        }
-        let steady = reached(self.earth_changed_us, parameters.settle_s);
-        let lost = reached(self.without_attitude_us, parameters.patience_s);
-        let dwelt = self.lost_us.is_none_or(|us| reached(us, parameters.dwell_s));
-        let known = inputs.attitude && inputs.predicted && dwelt;
-        match self.mode {
-            Mode::Tracking | Mode::Eclipse if inputs.blinded => Some((Mode::SunOutage, Guard::Blinded)),
-            Mode::Acquisition if inputs.blinded && dwelt => Some((Mode::SunOutage, Guard::Blinded)),
-            Mode::SelfTest if !inputs.fault => Some((Mode::Acquisition, Guard::SelfTestPassed)),
-            Mode::Acquisition if known => Some((tracking_mode, Guard::AttitudeKnown)),
-            Mode::Acquisition if reached(self.without_attitude_us, parameters.acquisition_timeout_s) => {
-                Some((Mode::Safe, Guard::TimedOut))
-            }
-            Mode::Tracking | Mode::Eclipse if lost => Some((Mode::Acquisition, Guard::AttitudeLost)),
-            Mode::Tracking if steady => Some((Mode::Eclipse, Guard::EarthDark)),
-            Mode::Eclipse if steady => Some((Mode::Tracking, Guard::EarthLit)),
-            Mode::SunOutage
-                if inputs.is_clear() && known || dwelt && reached(self.clear_us, parameters.settle_s) =>
-            {
-                Some((if inputs.predicted { tracking_mode } else { Mode::Acquisition }, Guard::SunGone))
-            }
-            Mode::SunOutage if reached(self.in_mode_us, parameters.outage_timeout_s) => {
-                Some((Mode::Safe, Guard::TimedOut))
-            }
-            Mode::Safe if reached(self.healthy_us, parameters.healthy_s) => {
-                Some((Mode::Acquisition, Guard::Healthy))
-            }
-            _ => None,
-        }
     }
 }
 

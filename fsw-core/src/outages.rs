@@ -59,6 +59,11 @@ pub enum SensorState {
 }
 
 impl SensorState {
+    /// Of a field without the Sun, whether a limb in it is lit or not.
+    pub(crate) fn by_light(lit: bool) -> Self {
+        if lit { Self::Full } else { Self::Eclipse }
+    }
+
     /// Whether it is the limb that it tells of, not the Sun.
     fn rests_on_limb(self) -> bool {
         matches!(self, Self::Full | Self::Eclipse)
@@ -150,6 +155,27 @@ pub(crate) fn fields_met(
     if (star || earth) && hidden() { (false, false) } else { (star, earth) }
 }
 
+/// The state by the fields of star path and Earth path that the Sun's disc touches; `None` where it touches
+/// neither. `view`: the body as the Earth path sees it.
+pub(crate) fn state_by_sun(
+    camera: &Camera,
+    in_star_path: &Direction<StarPath>,
+    touched: (bool, bool),
+    view: Option<&View>,
+) -> Option<SensorState> {
+    // Where the Sun's image lies, the Earth path sees what it sees there.
+    let over_earth = || {
+        let seen = camera.project(in_star_path).and_then(|at| camera.earth_direction(at));
+        seen.zip(view).is_some_and(|(direction, view)| view.hides_disc(&direction, 0.0))
+    };
+    match touched {
+        (_, true) => Some(SensorState::SunInEarthPath),
+        (true, false) if over_earth() => Some(SensorState::SunInStarPathOverEarth),
+        (true, false) => Some(SensorState::SunInStarPath),
+        (false, false) => None,
+    }
+}
+
 impl Forecast<'_> {
     /// The sensor's state at a state of the orbit; `None` where that is none of a satellite (inside the
     /// Earth, straight up).
@@ -157,22 +183,10 @@ impl Forecast<'_> {
         let (view, sun) = self.view(orbit)?;
         let in_star_path = self.star_to_earth.inverse().apply(&sun);
         let hidden = || view.hides_disc(&sun, SUN_RADIUS_RAD);
-        let (star_field, earth_field) =
-            fields_met(self.camera, (&in_star_path, &sun), SUN_RADIUS_RAD, hidden);
-        if star_field || earth_field {
-            // Where the Sun's image lies, the Earth path sees what it sees there.
-            let over_earth = || {
-                let seen = self.camera.project(&in_star_path).and_then(|at| self.camera.earth_direction(at));
-                seen.is_some_and(|direction| view.hides_disc(&direction, 0.0))
-            };
-            return Some(match earth_field {
-                true => SensorState::SunInEarthPath,
-                false if over_earth() => SensorState::SunInStarPathOverEarth,
-                false => SensorState::SunInStarPath,
-            });
-        }
-        let lit = view.lit_margin_rad(self.camera, self.earth, 0.0) > 0.0;
-        Some(if lit { SensorState::Full } else { SensorState::Eclipse })
+        let touched = fields_met(self.camera, (&in_star_path, &sun), SUN_RADIUS_RAD, hidden);
+        let by_light = || SensorState::by_light(view.lit_margin_rad(self.camera, self.earth, 0.0) > 0.0);
+        let by_sun = state_by_sun(self.camera, &in_star_path, touched, Some(&view));
+        Some(by_sun.unwrap_or_else(by_light))
     }
 
     /// How much of the limb in the field is lit, see [`View::lit_margin_rad`].

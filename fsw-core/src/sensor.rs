@@ -293,6 +293,9 @@ impl<'c> Sensor<'c> {
         self.scrub(&mut events);
         let outcome = self.obey(&command, &mut events);
         let Instruments { detector, clock, meter, rate_sensor, magnetometer, shutter } = instruments;
+        if meter.overran() {
+            events.note(Event::Overran);
+        }
         let detector = &mut ByKind(&mut **detector);
         let open = self.shutting.open();
         let moved = self.parameters.shutter.map_or(Ok(()), |_| shutter.open(open));
@@ -314,6 +317,8 @@ impl<'c> Sensor<'c> {
         if self.rate_sensor_is_shut_out() && !shut_out {
             record.events.note(Event::RateSensorShutOut);
         }
+        record.state =
+            ephemeris.as_ref().and_then(|known| self.state(known, (image, open), record.earth.dark));
         self.conclude_second(*meter, &mut record);
         let stars = (&self.workspace.measured[..], &self.catalogue);
         record.report(stars, self.workspace.shared.limb_points(), &self.magnetism)

@@ -117,6 +117,11 @@ impl Shutting {
         self.open
     }
 
+    /// The paths that the spacecraft wants open, whatever the Sun does.
+    pub fn held(&self) -> Option<OpenPaths> {
+        self.held
+    }
+
     /// Holds these paths open until another command; `None`: by the Sun again, from both open.
     pub fn command(&mut self, held: Option<OpenPaths>) {
         *self = Self { open: held.unwrap_or_default(), held, ..Self::default() };

@@ -21,7 +21,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the frame's layout.
-pub const VERSION: u8 = 15;
+pub const VERSION: u8 = 16;
 /// A buffer of this length holds any frame.
 pub const MAX_FRAME_BYTES: usize = 2560;
 /// Most stars reported.
@@ -331,6 +331,14 @@ pub enum Event {
     RateSensorShutOut,
     /// Stars and orbit contradicted the magnetometer time after time: it is not asked until the restart.
     MagnetometerShutOut,
+    /// The time was damaged in memory, with what the ground said of it: the clock is asked anew.
+    TimeForgotten,
+    /// What ground is usual at the limb was damaged in memory: it is learned anew.
+    GroundForgotten,
+    /// What was commanded of the shutters was damaged in memory: both are opened, and moved by the Sun again.
+    ShuttersReleased,
+    /// The second before took longer than the computer allows ([`overran`](fsw_hal::StageMeter::overran)).
+    Overran,
 }
 
 /// One second of the sensor; by default one of which nothing is known.
@@ -363,8 +371,8 @@ pub struct Report {
     pub earth_path_shut: bool,
     /// Whether the Earth path's filter was to be out of the way.
     pub earth_path_clear: bool,
-    /// How many stars were seen through the Earth path that do not contradict each other; `None` where none were
-    /// looked for.
+    /// How many stars were seen through the Earth path that do not contradict each other; `None` where none
+    /// were looked for.
     pub earth_path_stars: Option<u8>,
     /// The attitude, where there is one: of one image alone.
     pub attitude: Option<AttitudeReport>,
@@ -394,6 +402,9 @@ pub struct Report {
     pub rate: Option<RateReport>,
     /// What came of the command of the second; `None` without one.
     pub command: Option<CommandOutcome>,
+    /// What the sensor can do in this second (thesis tab. 8.1): the Sun by attitude and time, the limb by
+    /// what is seen of it or by the orbit. `None` where these do not tell.
+    pub state: Option<SensorState>,
     /// The sensor's next change of state, where one is foreseen within a revolution: attitude and orbit are
     /// known, and the attitude is held, in space or against the local vertical.
     pub next_state: Option<NextState>,

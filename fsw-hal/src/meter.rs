@@ -1,7 +1,9 @@
-//! Marks between which the stages of a second are measured.
+//! Marks between which the stages of a second are measured, and the second itself is watched.
 //!
 //! The sensor says when a stage begins and ends; what is done with it (a cycle counter, a trace pin, an
-//! outside meter that watches two addresses, or nothing: `()`) is the platform's.
+//! outside meter that watches two addresses, or nothing: `()`) is the platform's. A watchdog is served at
+//! these marks: between two of them lies one stage, so that one that hangs is found out, and no second
+//! without an end.
 
 /// A stage of a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +40,11 @@ pub trait StageMeter {
     fn begin(&mut self, stage: Stage);
     /// `stage` ends.
     fn end(&mut self, stage: Stage);
+    /// Whether the last second took longer than it may, by the platform's own timer; asked once as the next
+    /// one begins, which tells it as an event.
+    fn overran(&mut self) -> bool {
+        false
+    }
 }
 
 /// No measurement.

@@ -19,8 +19,8 @@ pub use pictures::*;
 
 use crate::error::HostError;
 use crate::formats::camera_file;
-use crate::words::{name, one_line, program};
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use crate::words::{name, nearest, one_line, program};
+use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 
 /// Software in the loop for the Sextant Earth and star sensor.
@@ -70,7 +70,7 @@ pub enum Command {
     /// Bad pixels and columns' offsets of a detector, from dark pictures, for the flight code
     Defects(DefectsArguments),
     /// Many seeded runs of one thing, judged together
-    Campaign(CampaignArguments),
+    Campaign(Box<CampaignArguments>),
     /// The thesis's figures and tables: ours over the thesis's numbers, where they differ and why
     Gallery(GalleryArguments),
     /// Frames, parameters and telemetry for the emulated computer
@@ -81,6 +81,8 @@ pub enum Command {
     Budget(BudgetArguments),
     /// All parameters of the flight code: unit, range, default, source (the page fsw-core/PARAMETERS.md)
     Parameters(ReferenceArguments),
+    /// The modes of the flight code and what leads from one to another (the page fsw-core/MODES.md)
+    Modes(ModesArguments),
     /// All columns of cycles.csv: unit, frame, meaning (the page sil-host/CYCLES.md)
     Columns(ReferenceArguments),
     /// All telecommands that the flight code obeys: service, fields, refusals (the page
@@ -116,33 +118,59 @@ where
     T: Into<OsString>,
 {
     let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
-    let matches = CommandLine::command().name(name()).try_get_matches_from(&arguments);
+    let matches = signed(CommandLine::command()).name(name()).try_get_matches_from(&arguments);
     match matches.and_then(|matches| CommandLine::from_arg_matches(&matches)) {
         Ok(command_line) => Ok(Request::Run(command_line)),
         Err(error) if !error.use_stderr() => Ok(Request::Print(error.render().to_string())),
         Err(error) => {
-            let to_do = format!("see `{}{} --help`", program(), subcommands(&arguments));
-            Err(HostError::usage(first_paragraph(&error.render().to_string()), to_do))
+            let (words, alike) = subcommands(&arguments);
+            let to_do = format!("see `{}{words} --help`", program());
+            let mut what = complaint(&error.render().to_string());
+            if let Some(alike) = alike.filter(|alike| !what.contains(alike.as_str())) {
+                what += &format!(" (a similar subcommand exists: '{alike}')");
+            }
+            Err(HostError::usage(what, to_do))
         }
     }
 }
 
-/// The subcommands that arguments begin with, behind the program's name, each after a blank.
-fn subcommands(arguments: &[OsString]) -> String {
+/// A command whose options take numbers with a minus, so that their ranges refuse them and not the parser.
+fn signed(command: clap::Command) -> clap::Command {
+    let option = |argument: Arg| {
+        let number = argument.get_action().takes_values() && !argument.is_positional();
+        if number { argument.allow_negative_numbers(true) } else { argument }
+    };
+    command.mut_args(option).mut_subcommands(signed)
+}
+
+/// The subcommands that arguments begin with, behind the program's name, each after a blank; and the one that
+/// the next argument is like.
+fn subcommands(arguments: &[OsString]) -> (String, Option<String>) {
     let mut command = CommandLine::command();
     let mut words = String::new();
     for argument in arguments.iter().skip(1) {
-        let Some(found) = command.find_subcommand(argument).cloned() else { break };
+        let Some(found) = command.find_subcommand(argument).cloned() else {
+            let names = command.get_subcommands().map(clap::Command::get_name);
+            return (words, nearest(&argument.to_string_lossy(), names).map(str::to_owned));
+        };
         words.extend([" ", found.get_name()]);
         command = found;
     }
-    words
+    (words, None)
 }
 
-/// The parser's complaint without its usage lines and hints, which would make it longer than a line.
-fn first_paragraph(text: &str) -> String {
-    let paragraph = text.split("\n\n").next().unwrap_or(text);
-    one_line(paragraph.strip_prefix("error: ").unwrap_or(paragraph))
+/// The parser's complaint without its usage lines, which would make it longer than a line; with the name that
+/// a misspelt one is like.
+fn complaint(text: &str) -> String {
+    let mut paragraphs = text.split("\n\n");
+    let first = paragraphs.next().unwrap_or(text);
+    let first = one_line(first.strip_prefix("error: ").unwrap_or(first));
+    let first = first.replace("invalid digit found in string", "no whole number from 0 on");
+    let alike = paragraphs.next().and_then(|tip| tip.trim().strip_prefix("tip: "));
+    match alike.filter(|tip| tip.contains("similar")) {
+        Some(tip) => format!("{first} ({})", one_line(tip)),
+        None => first,
+    }
 }
 
 #[cfg(test)]
@@ -204,6 +232,37 @@ mod tests {
         assert!(usage(&["sil-host", "fly"]).contains("fly"));
         assert!(matches!(parse(["sil-host", "--help"]), Ok(Request::Print(_))));
         assert!(matches!(parse(["sil-host", "--version"]), Ok(Request::Print(_))));
+    }
+
+    #[test]
+    fn a_negative_number_reaches_the_range_and_a_misspelt_word_is_told_its_neighbour() {
+        for (arguments, words) in [
+            (&["run", "--seed", "-1"][..], "no whole number from 0 on"),
+            (&["render", "geo-day", "--cycle", "-1", "--out", "a.png"], "-1 is not in 0..=4294967295"),
+            (&["outages", "geo-day", "--duration-s", "-600"], "--duration-s"),
+            (&["calibrate", "a.png", "--full-well-e", "-5", "--out", "a.toml"], "give 1 to"),
+            (&["calibrate", "a.png", "--full-well-e", "nan", "--out", "a.toml"], "give 1 to"),
+            (&["campain"], "'campaign'"),
+            (&["campaign", "idnetify"], "'identify'"),
+        ] {
+            let message = usage(&[&["sil-host"], arguments].concat());
+            assert!(message.contains(words) && !message.contains("unexpected"), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_campaign_takes_a_scenario_in_the_place_of_a_kind() {
+        let Ok(Request::Run(CommandLine { command: Some(Command::Campaign(campaign)) })) = parse([
+            "sil-host", "campaign", "geo-day", "--runs", "3", "--first", "4", "--jobs", "2", "--out", "d",
+        ]) else {
+            panic!("not understood")
+        };
+        let run = campaign.scenario.unwrap().as_run();
+        assert!(campaign.of.is_none() && run.scenario.as_deref() == Some("geo-day".as_ref()));
+        assert_eq!((run.runs, run.common.first, run.common.jobs), (3, 4, Some(2)));
+        assert_eq!(run.common.out.as_deref(), Some("d/flights.jsonl".as_ref()));
+        assert!(usage(&["sil-host", "campaign"]).contains("SCENARIO.toml"));
+        assert!(usage(&["sil-host", "campaign", "geo-day"]).contains("--out"));
     }
 
     fn help(arguments: &[&str]) -> String {

@@ -15,6 +15,7 @@ pub mod earth;
 pub mod gallery;
 pub mod identify;
 pub mod installed;
+pub mod modes;
 pub mod navigate;
 pub mod outages;
 pub mod parameters;
@@ -29,7 +30,7 @@ pub mod telecommands;
 pub mod telemetry;
 
 use crate::campaign;
-use crate::cli::{Campaign, Command, RunArguments};
+use crate::cli::{Campaign, CampaignArguments, Command, RunArguments};
 use crate::error::HostError;
 use std::process::ExitCode;
 
@@ -39,6 +40,23 @@ fn print_reference(as_json: bool, json: fn() -> serde_json::Value, page: fn() ->
         crate::formats::json::print_line(&json());
     } else {
         crate::output::print(format_args!("{}", page()), "");
+    }
+}
+
+/// Does what a campaign asks for.
+fn obey_campaign(arguments: &CampaignArguments) -> Result<ExitCode, HostError> {
+    match (&arguments.of, &arguments.scenario) {
+        (Some(Campaign::Identify(arguments)), _) => campaign::identify::run(arguments),
+        (Some(Campaign::Run(arguments)), _) => campaign::flights::run(arguments),
+        (Some(Campaign::Belief(arguments)), _) => campaign::belief::run(arguments),
+        (Some(Campaign::Scenarios(arguments)), _) => campaign::scenarios::run(arguments),
+        (Some(Campaign::Acquire(arguments)), _) => campaign::acquire::run(arguments),
+        (Some(Campaign::Earth(arguments)), _) => campaign::earth::run(arguments),
+        (None, Some(arguments)) => campaign::flights::run_in_folder(arguments),
+        (None, None) => {
+            let to_do = format!("see `{} campaign --help`", crate::words::program());
+            Err(HostError::usage("of what the campaign is to be is not said", to_do))
+        }
     }
 }
 
@@ -62,19 +80,13 @@ pub fn obey(command: Option<&Command>) -> Result<ExitCode, HostError> {
         Command::Navigate(arguments) => navigate::run(arguments),
         Command::Propagate(arguments) => propagate::run(arguments),
         Command::Outages(arguments) => outages::run(arguments),
-        Command::Campaign(arguments) => match &arguments.of {
-            Campaign::Identify(arguments) => campaign::identify::run(arguments),
-            Campaign::Run(arguments) => campaign::flights::run(arguments),
-            Campaign::Belief(arguments) => campaign::belief::run(arguments),
-            Campaign::Scenarios(arguments) => campaign::scenarios::run(arguments),
-            Campaign::Acquire(arguments) => campaign::acquire::run(arguments),
-            Campaign::Earth(arguments) => campaign::earth::run(arguments),
-        },
+        Command::Campaign(arguments) => obey_campaign(arguments),
         Command::Gallery(arguments) => gallery::run(arguments),
         Command::Record(arguments) => record::run(arguments),
         Command::Centroids(arguments) => centroids::run(arguments),
         Command::Budget(arguments) => budget::run(arguments),
         Command::Parameters(arguments) => parameters::run(arguments),
+        Command::Modes(arguments) => modes::run(arguments),
         Command::Columns(arguments) => columns::run(arguments),
         Command::Telecommands(arguments) => telecommands::run(arguments),
         Command::Telemetry(arguments) => telemetry::run(arguments),

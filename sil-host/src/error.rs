@@ -79,6 +79,14 @@ impl HostError {
         Self::input(picture, None, format!("the detector failed ({error:?})"), "report this")
     }
 
+    /// A fault of the request that shows in one of several files.
+    pub fn at(self, file: &Path) -> Self {
+        match self {
+            Self::Usage { what, to_do } => Self::input(file, None, what, to_do),
+            other => other,
+        }
+    }
+
     /// The message without the program's name, within another line.
     pub fn message(&self) -> String {
         match self {

@@ -11,6 +11,8 @@
 //! | [`json`] | one JSON object a line |
 //! | [`orbit_state`] | a state of an orbit (JSON) |
 //! | [`picture`] | a picture file served as a detector |
+//! | [`telemetry_stream`] | telemetry frames from a file or a link, found again behind damaged bytes |
+//! | [`toml_keys`] | lines of the keys of a TOML file, for messages |
 
 pub mod camera_file;
 pub mod ccsds;
@@ -21,6 +23,8 @@ pub mod frames_file;
 pub mod json;
 pub mod orbit_state;
 pub mod picture;
+pub mod telemetry_stream;
+pub mod toml_keys;
 
 /// Smallest side of a detector or picture, px: less cannot hold a star field.
 pub const SIDE_MIN_PX: u32 = 32;

@@ -3,7 +3,8 @@
 //!
 //! A file under way has [`PARTIAL`] behind its name until it is whole; then it takes the place of an older
 //! one in one step. A run that is stopped leaves its partial files, which can be read up to their last whole
-//! line or frame, and nothing of an older run beside them.
+//! line or frame, and nothing of an older run beside them. A symbolic link is followed; a device, a pipe or
+//! another special file is written as it goes.
 
 use crate::error::HostError;
 use std::ffi::OsString;
@@ -57,7 +58,9 @@ fn refused(path: &Path, error: &std::io::Error) -> HostError {
 #[derive(Debug)]
 pub struct PartialFile {
     path: PathBuf,
-    partial: PathBuf,
+    /// Where it stands until it is whole, and what it is named then; `None`: a special file, written as it
+    /// goes.
+    renamed: Option<[PathBuf; 2]>,
     file: File,
     kept: Vec<u8>,
     handed_over: u64,
@@ -69,9 +72,13 @@ impl PartialFile {
     /// # Errors
     /// When the system refuses.
     pub fn create(path: &Path) -> Result<Self, HostError> {
-        let partial = partial_name(path);
-        let file = File::create(&partial).map_err(|error| refused(path, &error))?;
-        Ok(Self { path: path.to_path_buf(), partial, file, kept: Vec::new(), handed_over: 0 })
+        let renamed = (!is_special(path)).then(|| followed(path)).map(|whole| [partial_name(&whole), whole]);
+        let file = match &renamed {
+            Some([partial, _]) => File::create(partial),
+            None => File::options().write(true).open(path),
+        };
+        let file = file.map_err(|error| refused(path, &error))?;
+        Ok(Self { path: path.to_path_buf(), renamed, file, kept: Vec::new(), handed_over: 0 })
     }
 
     /// Keeps a piece back until it is flushed.
@@ -121,7 +128,8 @@ impl PartialFile {
     /// When the system refuses.
     pub fn finish(mut self) -> Result<(), HostError> {
         self.flush()?;
-        let named = self.file.sync_all().and_then(|()| std::fs::rename(&self.partial, &self.path));
+        let Some([partial, whole]) = &self.renamed else { return Ok(()) };
+        let named = self.file.sync_all().and_then(|()| std::fs::rename(partial, whole));
         named.map_err(|error| refused(&self.path, &error))
     }
 }
@@ -129,10 +137,23 @@ impl PartialFile {
 impl Drop for PartialFile {
     /// Of a file of which nothing could be written nothing is left.
     fn drop(&mut self) {
-        if self.handed_over == 0 {
-            let _ = std::fs::remove_file(&self.partial);
+        if let Some([partial, _]) = self.renamed.as_ref().filter(|_| self.handed_over == 0) {
+            let _ = std::fs::remove_file(partial);
         }
     }
+}
+
+/// Whether a device, a pipe or a socket stands at a path.
+fn is_special(path: &Path) -> bool {
+    std::fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// The file that a path means: of a symbolic link where it leads to, also where nothing is there yet.
+fn followed(path: &Path) -> PathBuf {
+    std::fs::canonicalize(path).unwrap_or_else(|_| match std::fs::read_link(path) {
+        Ok(link) => path.parent().unwrap_or(Path::new("")).join(link),
+        Err(_) => path.to_path_buf(),
+    })
 }
 
 fn partial_name(path: &Path) -> PathBuf {
@@ -141,19 +162,27 @@ fn partial_name(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
+/// Whether a file can be written at a path, before there is something to write. A special file is not opened:
+/// the reader of a pipe would see its end.
+///
+/// # Errors
+/// When the system refuses.
+pub fn check(path: &Path) -> Result<(), HostError> {
+    if is_special(path) { Ok(()) } else { PartialFile::create(path).map(|_| ()) }
+}
+
 /// Writes a file: it is there whole, or what stood there before is.
 ///
 /// # Errors
 /// When the system refuses.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), HostError> {
     let mut file = PartialFile::create(path)?;
-    match file.write(bytes).and_then(|()| file.finish()) {
-        Err(error) => {
-            let _ = std::fs::remove_file(partial_name(path));
-            Err(error)
-        }
-        written => written,
+    let partial = file.renamed.as_ref().map(|[partial, _]| partial.clone());
+    let written = file.write(bytes).and_then(|()| file.finish());
+    if let Some(partial) = partial.filter(|_| written.is_err()) {
+        let _ = std::fs::remove_file(partial);
     }
+    written
 }
 
 /// A folder that no other run of this program writes into.

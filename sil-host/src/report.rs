@@ -8,6 +8,7 @@
 //! | [`panel`] | a curve | its scale, and what it cannot show |
 //! | [`plot`], [`strip`] | panels; modes | inline SVG over the time of the run |
 //! | [`chart`] | curves of one quantity over another | SVG files that stand alone |
+//! | [`standing_alone`] | a drawing for a page | an SVG file |
 //! | [`histogram`] | errors and sigmas | inline SVG: how far the sigmas are right |
 //! | [`orbit_view`] | the truth | inline SVG: orbit, Earth, shadow, Sun |
 //! | [`moments`] | seconds | the few worth a picture |
@@ -33,6 +34,7 @@ pub mod panel;
 pub mod plot;
 pub mod recorder;
 pub mod scale;
+pub mod standing_alone;
 pub mod strip;
 pub mod terminal;
 pub mod trace;

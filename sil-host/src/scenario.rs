@@ -51,6 +51,7 @@ use crate::formats::camera_file::CameraFile;
 use crate::harness::faults::Fault;
 use crate::judge::Limit;
 use crate::judge::second::orbit_axes;
+use crate::words::nearest;
 use crate::world::attitude::{Vector, apply, dot};
 use crate::world::detector::disturbances::Disturbances;
 use crate::world::detector::imaging::ImagingModel;
@@ -272,8 +273,12 @@ impl Scenario {
         std::fs::read_to_string(path).map(|text| (path.to_path_buf(), Cow::Owned(text))).or_else(|error| {
             let named = EMBEDDED.into_iter().find(|(name, _)| path.as_os_str() == *name);
             named.map(embedded).ok_or_else(|| {
-                let names = EMBEDDED.map(|(name, _)| name).join(", ");
-                HostError::system(path, "read", &error, &format!("give a scenario file or one of {names}"))
+                let names = EMBEDDED.map(|(name, _)| name);
+                let asked = path.file_stem().unwrap_or_default().to_string_lossy();
+                let near = nearest(&asked, names)
+                    .map_or(String::new(), |near| format!("the nearest name is {near}: "));
+                let to_do = format!("{near}give a scenario file or one of {}", names.join(", "));
+                HostError::system(path, "read", &error, &to_do)
             })
         })
     }
@@ -395,6 +400,26 @@ impl Scenario {
         }
     }
 
+    /// Why the gyro is on board and not used, where that is so.
+    pub fn unused_gyro(&self) -> Option<String> {
+        let flight = self.flight_parameters(None);
+        let gyro = self.gyro.as_ref().filter(|_| flight.rate_sensor.is_none())?;
+        let noise_deg = self.believed.gyro(gyro).flight_noise().white_rad.to_degrees();
+        let camera = fsw_core::camera::Camera::new(flight.camera).ok()?;
+        let most_deg = (f32::from(flight.tracking.gate_px) * camera.rad_per_px() / 3.0).to_degrees();
+        Some(format!(
+            "the gyro is not used, only reported: it loses {noise_deg:.2} deg in a second, more than the {most_deg:.2} deg \
+             that are a third of a star window's half side; see gyro.noise_deg_s and gyro.resolution_deg_s"
+        ))
+    }
+
+    /// Says on stderr, in a line, what is on board and not used.
+    pub fn warn(&self) {
+        if let Some(words) = self.unused_gyro() {
+            eprintln!("{}: {}: {words}", crate::words::name(), self.file.display());
+        }
+    }
+
     /// The truth orbit: that of a file, or flown from the start.
     fn orbit(&self) -> Result<TruthOrbit, HostError> {
         if let Some(track) = &self.track {
@@ -438,10 +463,11 @@ impl Scenario {
         let start = self.orbit_filter.start.as_ref()?;
         let (r, v) = (self.position_km, self.velocity_km_s);
         let axes = transposed(&orbit_axes(r, v)?);
-        let velocity_error_km_s = start.velocity_error_m_s.map(|error| 1e-3 * error);
+        let [position_error_km, velocity_error_m_s] = start.errors(self.seed);
+        let velocity_error_km_s = velocity_error_m_s.map(|error| 1e-3 * error);
         Some(OrbitState {
             time_us: self.start_us,
-            position_km: plus(r, 1.0, apply(&axes, start.position_error_km)).into(),
+            position_km: plus(r, 1.0, apply(&axes, position_error_km)).into(),
             velocity_km_s: plus(v, 1.0, apply(&axes, velocity_error_km_s)).into(),
         })
     }

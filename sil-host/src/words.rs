@@ -21,6 +21,57 @@ pub(crate) fn named<T: Copy>(list: &[(T, &str)], they: &str, name: &str) -> Resu
     })
 }
 
+/// Between what stands in a file and what should ([`kinds`]).
+pub(crate) const IN_THE_PLACE_OF: &str = " in the place of ";
+
+/// A parser's complaint of a value of another kind in the words of the file instead of the program's types;
+/// any other as it is.
+pub(crate) fn kinds(message: &str) -> String {
+    // A list whose elements were taken for the values of keys.
+    if message.starts_with("invalid length ") && message.contains(", expected struct ") {
+        return format!("a list{IN_THE_PLACE_OF}a table of keys");
+    }
+    let found = message.strip_prefix("invalid type: ").and_then(|rest| rest.split_once(", expected "));
+    let Some((found, expected)) = found else { return message.to_owned() };
+    let found = match found {
+        "map" => "a table",
+        "sequence" => "a list",
+        other => other,
+    };
+    let expected = match expected {
+        "f64" | "f32" => "a number",
+        "i64" | "i32" | "u64" | "u32" | "u16" | "u8" | "usize" => "a whole number",
+        "a boolean" => "true or false",
+        "a sequence" => "a list",
+        "a map" => "a table",
+        of if of.starts_with("struct ") => "a table of keys",
+        other => other,
+    };
+    format!("{found}{IN_THE_PLACE_OF}{expected}")
+}
+
+/// The one of `names` that a misspelt one is most like, if at most a third of its letters are others.
+pub(crate) fn nearest<'n>(name: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    let distant = names.into_iter().map(|known| (distance(name, known), known));
+    let (letters, known) = distant.min_by_key(|(letters, _)| *letters)?;
+    (3 * letters <= known.chars().count()).then_some(known)
+}
+
+/// Letters to put in, take out or change to make one word of another (Levenshtein).
+fn distance(one: &str, other: &str) -> usize {
+    let other: Vec<char> = other.chars().collect();
+    let mut row: Vec<usize> = (0..=other.len()).collect();
+    for (index, letter) in one.chars().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], index + 1);
+        for (place, known) in other.iter().enumerate() {
+            let changed = diagonal + usize::from(letter != *known);
+            diagonal = row[place + 1];
+            row[place + 1] = changed.min(diagonal + 1).min(row[place] + 1);
+        }
+    }
+    row[other.len()]
+}
+
 /// The system's words for an input/output fault, without the number it adds to them.
 pub(crate) fn io_words(error: &std::io::Error) -> String {
     let text = error.to_string();
@@ -48,5 +99,39 @@ pub(crate) fn program() -> String {
     match std::env::var_os("CARGO") {
         Some(_) => "cargo sil".to_owned(),
         None => called().unwrap_or_else(|| name().to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_of_another_kind_is_told_without_types_of_the_program() {
+        assert_eq!(kinds("invalid type: map, expected f64"), "a table in the place of a number");
+        assert_eq!(
+            kinds("invalid type: string \"98\", expected i64"),
+            "string \"98\" in the place of a whole number"
+        );
+        assert_eq!(
+            kinds("invalid type: sequence, expected struct Input"),
+            "a list in the place of a table of keys"
+        );
+        assert_eq!(
+            kinds("invalid length 1, expected struct Input with 5 elements"),
+            "a list in the place of a table of keys"
+        );
+        let length = "invalid length 2, expected an array of length 3";
+        assert_eq!(kinds(length), length);
+        assert_eq!(kinds("missing field `id`"), "missing field `id`");
+    }
+
+    #[test]
+    fn a_misspelt_name_is_told_from_another_one() {
+        let names = ["geo-day", "geo-eclipse", "leo-oblique"];
+        assert_eq!(nearest("geo-eclpise", names), Some("geo-eclipse"));
+        assert_eq!(nearest("geoday", names), Some("geo-day"));
+        assert_eq!(nearest("my-orbit", names), None);
+        assert_eq!(nearest("a", []), None);
     }
 }

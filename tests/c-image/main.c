@@ -1,10 +1,12 @@
 /*
  * The flight library in a C program: one cycle a recorded frame, its telemetry to a file.
  *
- * In: the command line FRAMES PARAMETERS TELEMETRY. Out: telemetry, one line of figures on standard output (a
- * JSON object), and the status 0 done, 1 a second could not be flown, 2 bad input or usage. The same program
- * runs on a host and on the emulated on-board computer. No heap; what lasts as long as the flight is static.
+ * In: the command line FRAMES PARAMETERS TELEMETRY [COMMANDS REPORTS]; without the last two no command link
+ * is made. Out: telemetry, reports of the link, one line of figures on standard output (a JSON object), and
+ * the status 0 done, 1 a second could not be flown, 2 bad input or usage. The same program runs on a host and
+ * on the emulated on-board computer. No heap; what lasts as long as the flight is static.
  */
+#include "commands.h"
 #include "platform.h"
 #include "recorded.h"
 #include "sextant.h"
@@ -19,6 +21,7 @@ static _Alignas(SEXTANT_SENSOR_ALIGNMENT) uint8_t sensor_memory[SEXTANT_SENSOR_B
 static uint8_t telemetry[SEXTANT_TELEMETRY_BYTES];
 static uint8_t parameters[SEXTANT_PARAMETERS_BYTES];
 static struct recording recording;
+static struct commands commands;
 static struct sextant_result result;
 
 /* What a flight came to. */
@@ -125,18 +128,29 @@ static struct sextant_sensor *make_sensor(const char *name) {
     return sensor;
 }
 
+/* Flies a second, with the commands of its packets where there is a link; false where not all was done. */
+static bool fly_second(struct sextant_sensor *sensor, const struct sextant_instruments *instruments,
+                       uint32_t second, struct file *output) {
+    size_t length = 0;
+    if (commands.link == NULL) {
+        return sextant_cycle(sensor, instruments, SEXTANT_COMMAND_CONTINUE, telemetry, sizeof telemetry,
+                             &length, &result) == SEXTANT_STATUS_OK &&
+               file_write(output, telemetry, length);
+    }
+    return commands_receive(&commands, second) &&
+           sextant_cycle_commanded(sensor, commands.link, instruments, telemetry, sizeof telemetry, &length,
+                                   &result) == SEXTANT_STATUS_OK &&
+           file_write(output, telemetry, length) && commands_report(&commands, sensor, result.local_us);
+}
+
 /* Flies all seconds of the recording. */
 static struct flight fly(struct sextant_sensor *sensor, struct file *output) {
     const struct sextant_instruments instruments = recording_instruments(&recording);
     struct flight flight = {0};
     for (uint32_t second = 0; second < recording.frames; second++) {
-        size_t length = 0;
         recording_turn_to(&recording, second);
-        sextant_status status = sextant_cycle(sensor, &instruments, SEXTANT_COMMAND_CONTINUE, telemetry,
-                                              sizeof telemetry, &length, &result);
-        bool written = status == SEXTANT_STATUS_OK && file_write(output, telemetry, length);
         flight.seconds++;
-        flight.failed += !written;
+        flight.failed += !fly_second(sensor, &instruments, second, output);
         if (result.attitude.known) {
             flight.attitudes++;
             flight.attitude = result.attitude;
@@ -151,8 +165,8 @@ static struct flight fly(struct sextant_sensor *sensor, struct file *output) {
 
 int main(int argc, char **argv) {
     struct file output;
-    if (argc != 4) {
-        return refuse("usage: c-image FRAMES PARAMETERS TELEMETRY\n");
+    if (argc != 4 && argc != 6) {
+        return refuse("usage: c-image FRAMES PARAMETERS TELEMETRY [COMMANDS REPORTS]\n");
     }
     const char *refusal = recording_open(&recording, argv[1]);
     if (refusal != NULL) {
@@ -164,6 +178,9 @@ int main(int argc, char **argv) {
     }
     if (!file_open(&output, argv[3], FILE_TO_WRITE)) {
         return refuse("TELEMETRY: cannot be written\n");
+    }
+    if (argc == 6 && !commands_open(&commands, argv[4], argv[5])) {
+        return refuse("COMMANDS: cannot be read, or REPORTS: cannot be written\n");
     }
     struct flight flight = fly(sensor, &output);
     print_figures(&flight);

@@ -1,4 +1,5 @@
 #include "recorded.h"
+#include "little_endian.h"
 
 enum {
     HEADER_BYTES = 16,
@@ -9,19 +10,6 @@ enum {
 
 /* The largest file whose offsets the host takes. */
 static const uint64_t LARGEST_FILE_BYTES = INT32_MAX;
-
-/* Little-endian numbers. */
-static uint16_t u16_at(const uint8_t *bytes) {
-    return (uint16_t)(bytes[0] | bytes[1] << 8);
-}
-
-static uint32_t u32_at(const uint8_t *bytes) {
-    return u16_at(bytes) | (uint32_t)u16_at(bytes + 2) << 16;
-}
-
-static int64_t i64_at(const uint8_t *bytes) {
-    return (int64_t)(u32_at(bytes) | (uint64_t)u32_at(bytes + 4) << 32);
-}
 
 static float f32_at(const uint8_t *bytes) {
     const union {

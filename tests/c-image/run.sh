@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds the flight library and the C program, and runs it: `tests/c-image/run.sh host|obc FRAMES PARAMETERS
-# TELEMETRY` (`cargo sil record` makes the first two). `host`: with gcc, on this machine. `obc`: with
+# TELEMETRY [COMMANDS REPORTS]` (`cargo sil record` makes the first two). `host`: with gcc, on this machine. `obc`: with
 # arm-none-eabi-gcc for the reference on-board computer, in the emulator; file names hold no spaces or
 # commas there. Without files it is built only. The status is the program's own. Anything the library could
 # panic at is a link error of `obc`.
@@ -19,13 +19,13 @@ fail() {
     exit 2
 }
 
-usage="usage: tests/c-image/run.sh host|obc [FRAMES PARAMETERS TELEMETRY]"
-[ $# -eq 1 ] || [ $# -eq 4 ] || fail "$usage"
+usage="usage: tests/c-image/run.sh host|obc [FRAMES PARAMETERS TELEMETRY [COMMANDS REPORTS]]"
+[ $# -eq 1 ] || [ $# -eq 4 ] || [ $# -eq 6 ] || fail "$usage"
 platform=$1
 shift
 target_dir=${CARGO_TARGET_DIR:-$root/target}
 profile=${PROFILE:-flight}
-sources="$here/main.c $here/recorded.c $here/platform_$platform.c"
+sources="$here/main.c $here/recorded.c $here/packets.c $here/commands.c $here/platform_$platform.c"
 
 # Where the program goes; the library, built with these options unless there is one.
 in_folder() {

@@ -212,6 +212,8 @@ impl From<&Report> for CycleResult {
             earth_path_shut: report.earth_path_shut,
             earth_path_clear: report.earth_path_clear,
             earth_path_stars: report.earth_path_stars.unwrap_or(0),
+            sensor_state_known: report.state.is_some(),
+            sensor_state: report.state.map(SensorState::from).unwrap_or_default(),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Arguments spoilt at random: refused, with nothing flown and nothing written.
 
+use super::bad_pixels;
 use super::world::{Memory, Outputs, World, encoded, fly, init, parameters, tables};
 use crate::doors::Bytes;
 use crate::instruments::{Magnetometer, Meter, RateSensor};
@@ -70,7 +71,7 @@ proptest! {
             4 => instruments.clock.terrestrial_time = None,
             5 => instruments.detector.geometry.width_px = 0,
             6 => instruments.detector.geometry.height_px = 0,
-            7 => instruments.meter = Meter { context: null_mut(), begin: None, end: None },
+            7 => instruments.meter = Meter { context: null_mut(), begin: None, end: None, overran: None },
             8 => instruments.rate_sensor = RateSensor { context: null_mut(), angular_rate: None },
             9 => instruments.magnetometer = Magnetometer { context: null_mut(), magnetic_field: None },
             _ => {}
@@ -105,24 +106,26 @@ proptest! {
     }
 
     #[test]
-    fn damaged_tables_are_refused(at in any::<prop::sample::Index>(), flip in 1u8..=255, which in 0u8..3) {
+    fn damaged_tables_are_refused(at in any::<prop::sample::Index>(), flip in 1u8..=255, which in 0u8..4) {
         let memory = Memory::new();
         let mut parameters = parameters();
         // SAFETY: the bytes are static.
         let of = |bytes: Bytes| unsafe { bytes.slice() }.unwrap().to_vec();
         let (catalogue, calibration) = (sextant_reference_catalogue(), sextant_reference_calibration());
         parameters.imaging.calibration_crc = Calibration::open(&of(calibration)).unwrap().crc();
-        let mut copies = [encoded(&parameters), of(catalogue), of(calibration)];
+        let mut copies = [encoded(&parameters), of(catalogue), of(calibration), bad_pixels::whole()];
         let damaged = &mut copies[usize::from(which)];
         let place = at.index(damaged.len());
         damaged[place] ^= flip;
         let bytes = |index: usize| Bytes { data: copies[index].as_ptr(), length: copies[index].len() };
-        let tables = SensorTables { parameters: bytes(0), catalogue: bytes(1), calibration: bytes(2) };
+        let [parameters, catalogue, calibration, bad_pixels] = [0, 1, 2, 3].map(bytes);
+        let tables = SensorTables { parameters, catalogue, calibration, bad_pixels };
         let (status, sensor) = init(&memory, &tables);
         let expected: &[Status] = match which {
             0 => &[Status::ParametersDamaged],
             1 => &[Status::CatalogueDamaged, Status::CatalogueVersion],
-            _ => &[Status::CalibrationDamaged, Status::CalibrationVersion],
+            2 => &[Status::CalibrationDamaged, Status::CalibrationVersion],
+            _ => &[Status::BadPixelsDamaged, Status::BadPixelsVersion],
         };
         prop_assert!(expected.contains(&status), "{:?}", status);
         prop_assert!(sensor.is_null());

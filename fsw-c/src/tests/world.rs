@@ -34,6 +34,10 @@ pub struct World {
     /// latter clear.
     pub shutter: u32,
     pub open: Option<[bool; 3]>,
+    /// Whether every tenth pixel of every tenth row and the one beside it are hot.
+    pub hot: bool,
+    /// Whether the second before took too long.
+    pub late: bool,
     /// A sensor to be called from within a callback with this parameter table, and what came of it.
     pub nested: *mut SensorMemory,
     pub table: Vec<u8>,
@@ -51,6 +55,8 @@ impl World {
             marks: [0; 2],
             shutter: Reply::Ok as u32,
             open: None,
+            hot: false,
+            late: false,
             nested: null_mut(),
             table: Vec::new(),
             nested_init: Status::Ok,
@@ -64,6 +70,9 @@ impl World {
 
     /// Noise that differs from second to second.
     pub fn pixel(&self, x: u16, y: u16) -> u16 {
+        if self.hot && is_hot(x, y) {
+            return 900;
+        }
         let place = (u32::from(y) << 16 | u32::from(x)) ^ (self.second as u32).wrapping_mul(0x85EB_CA6B);
         60 + (place.wrapping_mul(0x9E37_79B9) >> 28) as u16
     }
@@ -80,11 +89,16 @@ impl World {
             },
             clock: Clock { context, local_time: Some(local_time), terrestrial_time: Some(terrestrial_time) },
             rate_sensor: RateSensor { context, angular_rate: Some(angular_rate) },
-            meter: Meter { context, begin: Some(begin), end: Some(end) },
+            meter: Meter { context, begin: Some(begin), end: Some(end), overran: Some(overran) },
             shutter: Shutter { context, open: Some(open) },
             magnetometer: Magnetometer { context, magnetic_field: Some(magnetic_field) },
         }
     }
+}
+
+/// Which pixels are hot where some are.
+pub fn is_hot(x: u16, y: u16) -> bool {
+    y % 10 == 5 && matches!(x % 10, 5 | 6)
 }
 
 /// The world behind a context.
@@ -173,6 +187,11 @@ unsafe extern "C" fn end(context: *mut c_void, stage: u32) {
     assert!(stage <= 10);
     // SAFETY: as in `start_exposure`.
     unsafe { world(context).marks[1] += 1 };
+}
+
+unsafe extern "C" fn overran(context: *mut c_void) -> bool {
+    // SAFETY: as in `start_exposure`.
+    unsafe { world(context).late }
 }
 
 /// Memory as C declares it, zero at first. Held by a plain pointer, as C holds it.
@@ -269,6 +288,7 @@ pub fn tables(parameters: &[u8]) -> SensorTables {
         parameters: Bytes { data: parameters.as_ptr(), length: parameters.len() },
         catalogue: sextant_reference_catalogue(),
         calibration: sextant_reference_calibration(),
+        bad_pixels: Bytes { data: core::ptr::null(), length: 0 },
     }
 }
 

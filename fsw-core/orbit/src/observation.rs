@@ -4,7 +4,8 @@
 //! variance.
 //!
 //! Differences are taken along three axes, up and two across it: of distance along the first, of direction
-//! times the predicted distance along the others, so that a fix far off is not below the tangent. The
+//! times the predicted distance along the others, so that a fix far off is not below the tangent; beyond a
+//! right angle what lies across grows no more, and is the distance itself. The
 //! covariance of a fix is elongated along the line to the Earth and grows with the distance. It is
 //! therefore taken along its own three axes, and brought to the predicted distance: by the ratio across the
 //! line, by its square along it.
@@ -109,9 +110,16 @@ pub(super) fn rows_of(
     let mut covariance = symmetric_product(&product(&stretch, &own_axes), &covariance);
     add_to_diagonal(&mut covariance, bend_km * bend_km);
     let mut innovation = product(&axes, &scaled(&fix.position_km, distance / fixed));
-    if let Some(first) = innovation.get_mut(0) {
-        *first = fixed - distance;
+    let [[up, first, second]] = &mut innovation.data.0;
+    if *up <= 0.0 {
+        // The other way about it is as far off as can be, not as near: no direction differs by more.
+        let across = libm::sqrt(*first * *first + *second * *second);
+        (*first, *second) = match across > 1e-9 * distance {
+            true => (*first * distance / across, *second * distance / across),
+            false => (distance, 0.0),
+        };
     }
+    *up = fixed - distance;
     // Columns: position, the height of the limb, the misalignment.
     let mut columns = SMatrix::<f64, 3, 7>::zeros();
     let turned = product(&axes, &product(&cross_matrix(predicted), earth_to_icrs));

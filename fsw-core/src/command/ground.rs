@@ -48,7 +48,11 @@ fn fields(telecommand: &Telecommand) -> Option<Data> {
     let mut data = Data::new();
     put(&mut data, &[VERSION])?;
     match telecommand {
-        Telecommand::Reacquire | Telecommand::Restart | Telecommand::Safe | Telecommand::Dump => {}
+        Telecommand::Reacquire
+        | Telecommand::Restart
+        | Telecommand::Safe
+        | Telecommand::Dump
+        | Telecommand::Events => {}
         Telecommand::Exposure(exposure_us) => put(&mut data, &exposure_us.to_be_bytes())?,
         Telecommand::Orbit(orbit) => {
             put(&mut data, &orbit.state.time_us.to_be_bytes())?;

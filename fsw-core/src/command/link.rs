@@ -5,31 +5,34 @@
 //! its [`Refusal`] is reported. Counter and sequence count move with every packet that is authentic and newer
 //! than the last, so that a refused one cannot be sent again either.
 //!
-//! One command is done in a second. Parts, the file of an area and the dump are the link's own affair and
-//! need none.
+//! One command is done in a second. Parts, the file of an area and what is sent down (the table, the log of
+//! events) are the link's own affair and need none.
 //!
 //! | once | call |
 //! |---|---|
 //! | a packet | [`CommandLink::receive`] |
 //! | a second | [`CommandLink::command`], the cycle with it, [`CommandLink::conclude`] |
+//! | a second | [`CommandLink::log`] |
 //! | a second, where there is memory of areas | [`CommandLink::check_area`] |
 //! | a second | [`CommandLink::next_report`] until it gives none |
 
 use super::area_check::AreaCheck;
 use super::authentication::{Key, TAG_BYTES, TRAILER_BYTES};
+use super::event_log::EventLog;
 use super::packets::{self, MAX_DATA_BYTES, MAX_REPORT_BYTES, ReportHeaders, RequestId, TelecommandPacket};
 use super::refusal::Refusal;
-use super::telecommand::{MAX_PART_BYTES, PART_DOWN, TABLE, Telecommand, VERSION};
+use super::telecommand::{EVENTS, EVENTS_DOWN, MAX_PART_BYTES, PART_DOWN, TABLE, Telecommand, VERSION};
 use super::upload::Upload;
 use super::{Command, CommandOutcome};
 use crate::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_hal::{AreaStore, LocalTime};
 use heapless::{Deque, Vec};
+use serde::Serialize;
 
 /// Reports that wait to be sent.
 const MAX_REPORTS: usize = 16;
-/// Places kept free among them: for the completion of the command of the second, of the dump and of the check
-/// of an area.
+/// Places kept free among them: for the completion of the command of the second, of what is sent down and of
+/// the check of an area.
 const KEPT_FREE: usize = 3;
 /// Service of the reports about requests.
 const VERIFICATION: u8 = 1;
@@ -76,10 +79,11 @@ impl Verdict {
     }
 }
 
-/// Kinds of reports: the four verdicts and the part of the table.
-const KINDS: usize = 5;
-/// The counter of the last.
+/// Kinds of reports: the four verdicts, the part of the table and that of the log.
+const KINDS: usize = 6;
+/// The counters of the last two.
 const PART_COUNTER: usize = 4;
+const EVENTS_COUNTER: usize = 5;
 
 /// What a request is, once it was accepted.
 #[derive(Clone, Copy, Debug)]
@@ -98,6 +102,15 @@ enum Task {
     Load,
 }
 
+/// What is sent down in parts, and where the next one begins.
+#[derive(Clone, Copy, Debug)]
+enum Sending {
+    /// The parameter table, from a byte on.
+    Table(u16),
+    /// The log of events, from the event of a number on.
+    Events(u32),
+}
+
 /// The command link of a sensor; `S` is the memory of the areas, `()` where there is none.
 #[derive(Clone, Debug)]
 pub struct CommandLink<S = ()> {
@@ -113,8 +126,9 @@ pub struct CommandLink<S = ()> {
     check: Option<(Request, AreaCheck)>,
     /// What waits for its second.
     task: Option<(Request, Task)>,
-    /// Which part of the table is sent next, and for whom.
-    dump: Option<(Request, u16)>,
+    /// What is sent down, and for whom.
+    sending: Option<(Request, Sending)>,
+    events: EventLog,
     reports: Deque<(RequestId, Verdict), MAX_REPORTS>,
     /// Reports sent, all and of each kind.
     sent: u16,
@@ -141,7 +155,8 @@ impl<S: AreaStore> CommandLink<S> {
             store,
             check: None,
             task: None,
-            dump: None,
+            sending: None,
+            events: EventLog::new(),
             reports: Deque::new(),
             sent: 0,
             sent_of: [0; KINDS],
@@ -196,7 +211,7 @@ impl<S: AreaStore> CommandLink<S> {
             return Err(Refusal::Version);
         }
         let telecommand = Telecommand::decode(packet.number, fields)?;
-        if self.task.is_some() || self.dump.is_some() || self.room() < KEPT_FREE + 2 {
+        if self.task.is_some() || self.sending.is_some() || self.room() < KEPT_FREE + 2 {
             return Err(Refusal::Busy);
         }
         match telecommand {
@@ -251,7 +266,11 @@ impl<S: AreaStore> CommandLink<S> {
             }
             Telecommand::Part { .. } => return self.complete(request, CommandOutcome::Done),
             Telecommand::Dump => {
-                self.dump = Some((request, 0));
+                self.sending = Some((request, Sending::Table(0)));
+                return;
+            }
+            Telecommand::Events => {
+                self.sending = Some((request, Sending::Events(0)));
                 return;
             }
         };
@@ -275,6 +294,12 @@ impl<S: AreaStore> CommandLink<S> {
         {
             self.complete(request, outcome);
         }
+    }
+
+    /// Notes the events of a second for the log ([`Report::cycle`](crate::telemetry::Report::cycle),
+    /// [`Report::events`](crate::telemetry::Report::events)).
+    pub fn log(&mut self, cycle: u32, events: &[impl Serialize]) {
+        self.events.note(cycle, events);
     }
 
     /// Goes on with the check of an area's file by a second's share; `parameters` are those in force, whose
@@ -308,7 +333,7 @@ impl<S: AreaStore> CommandLink<S> {
     }
 
     /// Writes the next report, as of `now`, and gives the bytes used; `None` where none waits. `parameters`
-    /// are those in force, for the dump.
+    /// are those in force, which are sent down.
     pub fn next_report<'a>(
         &mut self,
         now: LocalTime,
@@ -326,8 +351,23 @@ impl<S: AreaStore> CommandLink<S> {
                 ((VERIFICATION, subservice), counter)
             }
             None => {
-                self.next_part(parameters, &mut data)?;
-                ((TABLE, PART_DOWN), PART_COUNTER)
+                let (request, sending) = self.sending.take()?;
+                let (next, kind) = match sending {
+                    Sending::Table(offset) => {
+                        let next = table_part(offset, parameters, &mut data)?.map(Sending::Table);
+                        (next, ((TABLE, PART_DOWN), PART_COUNTER))
+                    }
+                    Sending::Events(from) => {
+                        let (next, is_last) = self.events.write(from, &mut data)?;
+                        let next = (!is_last).then_some(Sending::Events(next));
+                        (next, ((EVENTS, EVENTS_DOWN), EVENTS_COUNTER))
+                    }
+                };
+                match next {
+                    None => self.complete(request, CommandOutcome::Done),
+                    Some(next) => self.sending = Some((request, next)),
+                }
+                kind
             }
         };
         let count = self.sent_of.get_mut(counter)?;
@@ -337,24 +377,23 @@ impl<S: AreaStore> CommandLink<S> {
         self.sent = self.sent.wrapping_add(1);
         packets::write(&headers, &data, buffer)
     }
+}
 
-    /// The next part of the table that is sent down: offset, length of the table, bytes.
-    #[inline(never)]
-    fn next_part(&mut self, parameters: &Parameters, data: &mut Vec<u8, MAX_DATA_BYTES>) -> Option<()> {
-        let (request, offset) = self.dump.take()?;
-        let mut buffer = [0; MAX_TABLE_BYTES];
-        let table = parameters.encode(&mut buffer).ok()?;
-        let rest = table.get(usize::from(offset)..)?;
-        let part = rest.get(..rest.len().min(MAX_PART_BYTES))?;
-        data.extend_from_slice(&offset.to_be_bytes()).ok()?;
-        data.extend_from_slice(&u16::try_from(table.len()).ok()?.to_be_bytes()).ok()?;
-        data.extend_from_slice(part).ok()?;
-        let end = offset.checked_add(u16::try_from(part.len()).ok()?)?;
-        if part.len() == rest.len() {
-            self.complete(request, CommandOutcome::Done);
-        } else {
-            self.dump = Some((request, end));
-        }
-        Some(())
-    }
+/// Writes a part of the table that is sent down: offset, length of the table, bytes. Where the next one
+/// begins; no such place after the last one. `None` where there is nothing to send.
+#[inline(never)]
+fn table_part(
+    offset: u16,
+    parameters: &Parameters,
+    data: &mut Vec<u8, MAX_DATA_BYTES>,
+) -> Option<Option<u16>> {
+    let mut buffer = [0; MAX_TABLE_BYTES];
+    let table = parameters.encode(&mut buffer).ok()?;
+    let rest = table.get(usize::from(offset)..)?;
+    let part = rest.get(..rest.len().min(MAX_PART_BYTES))?;
+    data.extend_from_slice(&offset.to_be_bytes()).ok()?;
+    data.extend_from_slice(&u16::try_from(table.len()).ok()?.to_be_bytes()).ok()?;
+    data.extend_from_slice(part).ok()?;
+    let end = offset.checked_add(u16::try_from(part.len()).ok()?)?;
+    Some((part.len() < rest.len()).then_some(end))
 }

@@ -53,7 +53,7 @@ refusals! {
     TableRange = 33, "a value of the table is outside its range";
     TableCalibration = 34, "the table names another calibration than the one in force";
     Exposure = 35, "the exposure is outside its range";
-    Orbit = 36, "the state is no orbit about the Earth, or a sigma is out of bounds";
+    Orbit = 36, "the state is no orbit about the body of the parameters, or a sigma is out of bounds";
     Epoch = 37, "the orbit is of the future or older than 100 minutes, or Terrestrial Time is not known";
     ClockServes = 38, "the clock gives Terrestrial Time itself";
     Correlation = 39, "the instant is of the future, older than a day, or outside the years 2000 to 2100";

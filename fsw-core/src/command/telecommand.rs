@@ -15,10 +15,14 @@ pub const VERSION: u8 = 2;
 pub const SENSOR: u8 = 128;
 /// Service of the parameter table and of the files of the areas.
 pub const TABLE: u8 = 129;
+/// Service of the log of events.
+pub const EVENTS: u8 = 130;
 /// Most bytes of a table or a file in a packet.
 pub const MAX_PART_BYTES: usize = 200;
 /// Subservice of [`TABLE`] with which a part of the table is sent down.
 pub(super) const PART_DOWN: u8 = 4;
+/// Subservice of [`EVENTS`] with which a part of the log is sent down.
+pub(super) const EVENTS_DOWN: u8 = 2;
 
 /// A command as it came.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +62,8 @@ pub enum Telecommand<'a> {
     },
     /// Send the parameter table in force down in parts.
     Dump,
+    /// Send the log of events down in parts.
+    Events,
 }
 
 /// A field of a command.
@@ -106,8 +112,8 @@ pub const ROWS: &[Row] = &[
         number: (SENSOR, 2),
         name: "restart",
         fields: &[],
-        about: "forget attitude, orbit and what was learned of lens and rate sensor and begin with the self-test; ends \
-                commanded safe",
+        about: "forget attitude, orbit and what was learned of lens, rate sensor and magnetometer, begin with \
+                the self-test; ends commanded safe",
         refusals: &[Refusal::ParametersLost],
     },
     Row {
@@ -151,7 +157,8 @@ pub const ROWS: &[Row] = &[
         number: (SENSOR, 7),
         name: "shutter",
         fields: &[field("paths", "u8", "0 by the Sun, 1 both, 2 star, 3 Earth, 4 both without the filter")],
-        about: "hold these paths open, whatever the Sun does, until another such command or `restart`",
+        about: "hold these paths open, whatever the Sun does, until another such command, `restart`, or a \
+                parameter table that does not allow them",
         refusals: &[Refusal::Shutter, Refusal::ParametersLost],
     },
     Row {
@@ -190,6 +197,13 @@ pub const ROWS: &[Row] = &[
         name: "dump",
         fields: &[],
         about: "send the parameter table in force down, in reports (129, 4)",
+        refusals: &[],
+    },
+    Row {
+        number: (EVENTS, 1),
+        name: "events",
+        fields: &[],
+        about: "send the last 64 events down, in reports (130, 2)",
         refusals: &[],
     },
 ];
@@ -295,6 +309,7 @@ impl<'a> Telecommand<'a> {
                 length.zip(fields.u32()).map(|((area, length), crc)| Self::Load { area, length, crc })
             }
             (TABLE, 3) => Some(Self::Dump),
+            (EVENTS, 1) => Some(Self::Events),
             _ => return Err(Refusal::Unknown),
         };
         telecommand.filter(|_| fields.0.is_empty()).ok_or(Refusal::Fields)
@@ -313,6 +328,7 @@ impl<'a> Telecommand<'a> {
             Self::Part { .. } => (TABLE, 1),
             Self::Load { .. } => (TABLE, 2),
             Self::Dump => (TABLE, 3),
+            Self::Events => (EVENTS, 1),
         }
     }
 }

@@ -5,8 +5,10 @@ use super::ground::{self, Envelope};
 use super::telecommand::{ROWS, SENSOR, TABLE};
 use super::*;
 use crate::checksum::crc32;
+use crate::modes::{Guard, Mode};
 use crate::oracle::reference_camera;
 use crate::parameters::{MAX_TABLE_BYTES, Parameters};
+use crate::telemetry::Event;
 use fsw_hal::{Area, AreaStore};
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -301,6 +303,49 @@ fn with_a_key_no_packet_is_taken_without_its_tag_nor_twice_nor_an_older_one() {
     // A link that is made anew with the counter that was stored.
     let mut link = CommandLink::new(APID, Some(KEY), link.counter());
     assert_eq!(refusal(&mut link, &tagged(3, u32::MAX)), Some(Refusal::Counter));
+}
+
+/// Second and bytes of an event.
+type LoggedEvent = (u32, [u8; 3]);
+
+/// What is sent down of the log: number of the first event and events left of each part, and the events.
+fn logged(link: &mut CommandLink, sequence: u16) -> (Vec<(u32, u16)>, Vec<LoggedEvent>) {
+    assert!(link.receive(&packet(&Telecommand::Events, sequence, None)).is_ok());
+    let (mut heads, mut events, mut verdicts) = (Vec::new(), Vec::new(), Vec::new());
+    for report in reports(link) {
+        let (number, data) = parts(&report);
+        if number != (130, 2) {
+            verdicts.push(number);
+            continue;
+        }
+        let (head, data) = data.split_at(6);
+        let first = u32::from_be_bytes(head[..4].try_into().unwrap());
+        heads.push((first, u16::from_be_bytes(head[4..].try_into().unwrap())));
+        for event in data.chunks(7) {
+            let (cycle, event) = event.split_first_chunk().unwrap();
+            events.push((u32::from_be_bytes(*cycle), event.try_into().unwrap()));
+        }
+    }
+    assert_eq!(verdicts, [(1, 1), (1, 7)]);
+    (heads, events)
+}
+
+#[test]
+fn the_log_of_events_is_sent_down_in_parts_the_oldest_first() {
+    let mut link = open_link();
+    assert_eq!(logged(&mut link, 1), (std::vec![(0, 0)], Vec::new()));
+    link.log(7, &[Event::Mode(Mode::Eclipse, Guard::EarthDark), Event::ClockJump]);
+    link.log(8, &[] as &[Event]);
+    link.log(300, &[Event::Overran]);
+    // By the places of mode, guard and event in their lists.
+    let expected = [(7, [0, 3, 3]), (7, [6, 0, 0]), (300, [17, 0, 0])];
+    assert_eq!(logged(&mut link, 2), (std::vec![(0, 3)], expected.to_vec()));
+    // Of 103 the last 64 are kept, 28 in a part.
+    (0..100).for_each(|cycle| link.log(1000 + cycle, &[Event::FixDownweighted]));
+    let (heads, events) = logged(&mut link, 3);
+    assert_eq!(heads, [(39, 64), (67, 36), (95, 8)]);
+    let expected: Vec<_> = (1036..1100).map(|cycle| (cycle, [3, 0, 0])).collect();
+    assert_eq!(events, expected);
 }
 
 #[test]

@@ -9,8 +9,9 @@
 //! the share `earth.limb.ground_share` of how much brighter it is, times the lever of the edge.
 //!
 //! Usual is the mean of all that was seen before, of six hours at most: no radiometric calibration is asked
-//! for, but the lens's vignetting is taken off ([`Camera::light_share`]): what is dark by it, all along a field's
-//! edge, would bend the limb. A mean that is wrong lifts all points alike, which the orbit's `h0` and `e` take up.
+//! for, but the lens's vignetting is taken off ([`Camera::light_share`]): what is dark by it, all along a
+//! field's edge, would bend the limb. A mean that is wrong lifts all points alike, which the orbit's `h0` and
+//! `e` take up.
 //!
 //! Without this belts of cloud, the ice and the open sea bend an orbit: they last as long as what the orbit
 //! filter learns from.
@@ -68,6 +69,12 @@ impl UsualGround {
                 *place += outward * *along;
             }
         }
+    }
+
+    /// One of a brightness, for tests.
+    #[cfg(test)]
+    pub(crate) fn sample(brightness: f32) -> Self {
+        Self { brightness, seconds: 1.0 }
     }
 
     /// Sum of its words.

@@ -113,17 +113,23 @@ impl Sensor<'_> {
             self.forget_orbit();
         }
         self.configure(&parameters, checked);
-        self.shutting.command(None);
+        let held = self
+            .shutting
+            .held()
+            .filter(|paths| parameters.shutter.is_some_and(|fitted| fitted.allow(*paths)));
+        self.shutting.command(held);
         self.enter_commanded(self.modes.with_new_parameters(), events);
         Ok(())
     }
 
+    /// Sets the exposure; what was learned of lens and ground is kept.
     #[inline(never)]
     fn set_exposure(&mut self, exposure_us: u32) -> Result<(), Refusal> {
         let mut parameters = self.parameters;
         parameters.imaging.exposure_us = exposure_us;
-        let checked = parameters.check().map_err(|_| Refusal::Exposure)?;
-        self.configure(&parameters, checked);
+        parameters.check().map_err(|_| Refusal::Exposure)?;
+        self.parameters = parameters;
+        self.spare = Spare::new(&parameters, &self.camera, &self.star_to_earth);
         Ok(())
     }
 

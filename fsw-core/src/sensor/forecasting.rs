@@ -3,9 +3,12 @@
 //! In: orbit, attitude and rate. Out: when an outage begins or ends, how well that is known and how long it
 //! lasts, for the spacecraft to plan by. Assumed is that the attitude goes on as it is: at rest in space
 //! where it turns less than half as fast as the satellite goes about the body, else at rest against the local
-//! vertical. An attitude that leaves that by [`HELD_RAD`] ends all that was foreseen; by how much it has left
-//! it is a part of the error. A revolution takes 20 minutes to look through; then it begins again by orbit
-//! and attitude of then, and sooner where they give times far better.
+//! vertical. An attitude that leaves that by [`HELD_RAD`] ends all that was foreseen. What it has left it
+//! by goes on growing as it did since the look began ([`Basis::off_then_rad`]): that is a part of the error,
+//! and nothing is told of a time at which the attitude is not held, nor before it was for [`PROVEN_S`]. So a
+//! law of pointing that is neither of the two, as the fixed angle from the horizon that an eccentric orbit
+//! asks for, gives no wrong times. A revolution takes 20 minutes to look through; then it begins again by
+//! orbit and attitude of then, and sooner where they give times far better.
 //!
 //! What is foreseen is a notice: nothing on board rests on it, and it is no part of what is sealed.
 
@@ -22,9 +25,12 @@ use crate::outages::{Change, Forecast, Outlook, PointingLaw, local_axes};
 use crate::telemetry::NextState;
 use crate::trigonometry::hypotenuse;
 use fsw_ground::matrix::{cross, dot};
+use nalgebra::Vector3;
 
 /// How far an attitude may be from its law, rad: 1.1 deg.
 const HELD_RAD: f32 = 0.02;
+/// How long an attitude must have been held before anything is told by it, s.
+const PROVEN_S: u32 = 60;
 /// A look ahead begins anew where times would be known so many times better.
 const FAR_BETTER: f32 = 3.0;
 /// Time ahead for which that is asked, s.
@@ -54,6 +60,23 @@ impl Basis {
         let Some(expected) = self.law.earth_path(body, orbit) else { return f32::INFINITY };
         let angle_rad = path.angle_from(&expected);
         libm::sqrtf(dot(&angle_rad, &angle_rad))
+    }
+
+    /// How far the attitude will be from its law `ahead_s` after the begin, rad, where it goes on leaving it
+    /// as it did until `now_us`, when it was `off_rad` off; `None` where it is not held then. Two sigmas are
+    /// no leaving: of the attitude (`attitude_rad`) and of the orbit, which says where the local vertical is.
+    fn off_then_rad(&self, (off_rad, attitude_rad): (f32, f32), now_us: i64, ahead_s: u32) -> Option<f32> {
+        let held_s = seconds(self.begun_us, now_us);
+        let along_rad = self.circling_rad_s * self.timing.sigma_s(0.0);
+        let known_rad = hypotenuse(attitude_rad, hypotenuse(along_rad, self.across_rad));
+        let left_rad = (off_rad - 2.0 * known_rad).max(0.0);
+        let off_then_rad = off_rad.max(left_rad * (ahead_s as f32 / held_s.max(1) as f32));
+        (off_then_rad < HELD_RAD).then_some(off_then_rad)
+    }
+
+    /// Whether the attitude has been held for long enough.
+    fn is_proven(&self, now_us: i64) -> bool {
+        seconds(self.begun_us, now_us) >= PROVEN_S
     }
 
     /// Sigma of the time of what comes `ahead_s` after the begin at a pace, of an attitude that has left its
@@ -104,7 +127,8 @@ impl Forecasting {
     /// What is foreseen after an instant: by the look before, while the one under way has not found as much.
     fn best(&self, now_us: i64) -> Option<Foreseen> {
         let before = self.foreseen.and_then(|foreseen| foreseen.after(now_us));
-        let found = self.under_way.and_then(|(basis, outlook)| {
+        let under_way = self.under_way.filter(|(basis, _)| basis.is_proven(now_us));
+        let found = under_way.and_then(|(basis, outlook)| {
             let changes = outlook.found();
             Foreseen { basis, changes }.after(now_us)
         });
@@ -132,14 +156,14 @@ impl Sensor<'_> {
         }
         let Foreseen { basis, changes: [first, second] } = self.forecasting.best(orbit.time_us)?;
         let first = first?;
+        let ahead_s = seconds(basis.begun_us, first.time_us);
+        let sigma = Vector3::from(record.stars.solution.as_ref()?.attitude.sigma_rad);
+        let attitude_rad = libm::sqrtf(dot(&sigma, &sigma));
+        let off_then_rad = basis.off_then_rad((off_rad(&basis), attitude_rad), orbit.time_us, ahead_s)?;
         Some(NextState {
             state: first.state,
             in_s: seconds(orbit.time_us, first.time_us),
-            sigma_s: basis.sigma_s(
-                seconds(basis.begun_us, first.time_us) as f32,
-                off_rad(&basis),
-                first.pace_rad_s,
-            ),
+            sigma_s: basis.sigma_s(ahead_s as f32, off_then_rad, first.pace_rad_s),
             lasts_s: second.map(|second| seconds(first.time_us, second.time_us)),
         })
     }
@@ -166,11 +190,12 @@ impl Sensor<'_> {
         let mut foreseen = self.forecasting.foreseen.filter(|foreseen| good(&foreseen.basis));
         let mut under_way = self.forecasting.under_way.filter(|(of, _)| good(of));
         if let Some((of, outlook)) = &mut under_way {
-            let stepped = outlook.step(&forecast(of.law));
-            if outlook.is_over() {
+            let stepped = if outlook.is_over() { Ok(()) } else { outlook.step(&forecast(of.law)) };
+            let done = outlook.is_over() && of.is_proven(orbit.time_us);
+            if done {
                 foreseen = Some(Foreseen { basis: *of, changes: outlook.found() });
             }
-            under_way = under_way.filter(|(_, outlook)| stepped.is_ok() && !outlook.is_over());
+            under_way = under_way.filter(|_| stepped.is_ok() && !done);
         } else {
             under_way = Outlook::new(&forecast(basis.law), orbit).map(|outlook| (basis, outlook));
         }

@@ -7,7 +7,7 @@ use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::modes::Mode;
-use crate::outages::fields_met;
+use crate::outages::{SensorState, fields_met, state_by_sun};
 use crate::shutting::{EarthFilter, SunPlace};
 use fsw_hal::{LocalTime, OpenPaths};
 
@@ -27,6 +27,34 @@ impl Sensor<'_> {
     #[inline(never)]
     pub(super) fn sun_is_in_path(&self, ephemeris: &Ephemeris) -> bool {
         self.sun_in_paths(ephemeris, self.now, 0.0).is_some_and(|(star, earth)| star || earth)
+    }
+
+    /// The sensor's state in a second with this image; `dark`: whether no limb in the field is lit, where
+    /// that is known. An image through both paths that is not blinded has no Sun in it, wherever attitude and
+    /// orbit have it; in any other it is where these say.
+    #[inline(never)]
+    pub(super) fn state(
+        &self,
+        ephemeris: &Ephemeris,
+        (image, open): (Image, OpenPaths),
+        dark: Option<bool>,
+    ) -> Option<SensorState> {
+        let by_light = dark.map(|dark| SensorState::by_light(!dark));
+        if image == Image::Taken && matches!(open, OpenPaths::Both | OpenPaths::BothClear) {
+            return by_light;
+        }
+        let touched = self.sun_in_paths(ephemeris, self.now, 0.0)?;
+        if touched == (false, false) {
+            return by_light;
+        }
+        let (attitude, _) = self.motion.as_ref()?.at(self.now)?;
+        let in_star_path = attitude.apply(&ephemeris.sun);
+        // Over the Earth or beside it: only where the orbit says where that is.
+        let view = self.known_view(ephemeris, &attitude);
+        if touched == (true, false) && view.is_none() {
+            return None;
+        }
+        state_by_sun(&self.camera, &in_star_path, touched, view.as_ref())
     }
 
     /// Whether the Sun's disc comes within `margin_rad` of the field of star path and Earth path, by the

@@ -10,6 +10,7 @@ use crate::magnetism::Magnetism;
 use crate::modes::{Mode, ModeInputs};
 use crate::orbit::filter::Nis;
 use crate::order::fill;
+use crate::outages::SensorState;
 use crate::stars::Match;
 use crate::stars::MeasuredStar;
 use crate::telemetry::{
@@ -192,6 +193,7 @@ pub(super) struct Record {
     pub(super) fix: FixRecord,
     pub(super) orbit: Option<OrbitReport>,
     pub(super) local: Option<LocalAttitude>,
+    pub(super) state: Option<SensorState>,
     pub(super) next_state: Option<NextState>,
     /// The magnetic field by magnetometer and orbit, and whether the attitude rests on it.
     pub(super) field: Option<Field>,
@@ -220,6 +222,7 @@ impl Record {
             fix: FixRecord::default(),
             orbit: None,
             local: None,
+            state: None,
             next_state: None,
             field: None,
             field_used: false,
@@ -291,6 +294,7 @@ impl Record {
             events: self.events.0.clone(),
             rate: stars.rate,
             command: self.command,
+            state: self.state,
             next_state: self.next_state,
             magnetometer: self.field.map(|field| MagnetometerReport {
                 field_ut: (field.reading_ut - magnetism.zero_ut()).into(),

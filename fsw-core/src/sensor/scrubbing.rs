@@ -154,12 +154,15 @@ impl Sensor<'_> {
         }
         if self.timekeeper.word_sum() != self.seal.timekeeper {
             self.timekeeper = Timekeeper::default();
+            events.note(Event::TimeForgotten);
         }
         if self.usual_ground.word_sum() != self.seal.usual_ground {
             self.usual_ground = UsualGround::default();
+            events.note(Event::GroundForgotten);
         }
         if self.shutting != self.seal.shutting {
             self.shutting.command(None);
+            events.note(Event::ShuttersReleased);
         }
         if self.motion.word_sum() != self.seal.attitude {
             self.motion = Motion::default();

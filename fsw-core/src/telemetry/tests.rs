@@ -136,10 +136,13 @@ prop_compose! {
     }
 }
 
-fn next_state() -> impl Strategy<Value = NextState> {
+fn state() -> impl Strategy<Value = SensorState> {
     use SensorState::{Eclipse, Full, SunInEarthPath, SunInStarPath, SunInStarPathOverEarth};
-    let states = [Full, SunInEarthPath, Eclipse, SunInStarPath, SunInStarPathOverEarth];
-    (prop::sample::select(states.to_vec()), any::<u32>(), real(), prop::option::of(any::<u32>()))
+    prop::sample::select(std::vec![Full, SunInEarthPath, Eclipse, SunInStarPath, SunInStarPathOverEarth])
+}
+
+fn next_state() -> impl Strategy<Value = NextState> {
+    (state(), any::<u32>(), real(), prop::option::of(any::<u32>()))
         .prop_map(|(state, in_s, sigma_s, lasts_s)| NextState { state, in_s, sigma_s, lasts_s })
 }
 
@@ -158,6 +161,10 @@ fn event() -> impl Strategy<Value = Event> {
         Event::CalibrationDamaged,
         Event::RateSensorShutOut,
         Event::MagnetometerShutOut,
+        Event::TimeForgotten,
+        Event::GroundForgotten,
+        Event::ShuttersReleased,
+        Event::Overran,
     ];
     prop_oneof![
         mode().prop_map(|mode| Event::Mode(mode, Guard::AttitudeLost)),
@@ -252,7 +259,7 @@ prop_compose! {
         detections in any::<u16>(),
         focal_ratio in prop::option::of(real()),
         stars in prop::collection::vec(star(), 0..=MAX_STARS),
-        command in command(),
+        (command, state) in (command(), prop::option::of(state())),
         (shut, earth_path_stars, exposure_us) in any::<([bool; 3], Option<u8>, Option<u32>)>(),
     ) -> Report {
         let stars = Vec::from_slice(&stars).unwrap();
@@ -266,7 +273,7 @@ prop_compose! {
             cycle, local_us, instant_us, clock, mode, activity, exposure_us, outcome, faults,
             star_path_shut, earth_path_shut, earth_path_clear, earth_path_stars, attitude, filtered,
             rate_rad_s, detections, focal_ratio, stars,
-            earth_status, earth, limb_px, orbit, local, events, rate, command, next_state,
+            earth_status, earth, limb_px, orbit, local, events, rate, command, state, next_state,
             magnetometer,
         }
     }
@@ -351,6 +358,7 @@ fn largest() -> Report {
             stars: u8::MAX,
         }),
         command: Some(CommandOutcome::Refused(Refusal::ParametersLost)),
+        state: Some(SensorState::Full),
         next_state: Some(NextState {
             state: SensorState::Full,
             in_s: u32::MAX,

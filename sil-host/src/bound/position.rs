@@ -1,7 +1,7 @@
 //! What no filter can know better of a satellite's position by the limb of an uneven body.
 //!
-//! In: the truth of a flight, second by second, and the world's Earth. Out: the sigma of the position, radial,
-//! along, across, km, by all of the limb seen until then.
+//! In: the truth of a flight, second by second, the world's Earth, and how well the orbit is known at the
+//! start. Out: the sigma of the position, radial, along, across, km, by all of the limb seen until then.
 //!
 //! Once in a block of time (until the limb has moved on by `PATCH_KM`, at most `LONGEST_S`) the heights of
 //! places on the lit limb in the field are measured, `PATCH_KM` apart. A height changes by `-n · δr` with
@@ -9,15 +9,16 @@
 //! fixed to the turning Earth, of the covariance [`Heights`], and by `EDGE_KM` for `EDGE_S`, white. With
 //! the rows `A` of all heights by the state at the start and their covariance `C = L Lᵀ` the information is
 //! `Aᵀ C⁻¹ A`. It is summed height by height, by the rows of `L⁻¹ A`. Each is compared with the latest
-//! `WINDOW` or half of them (Vecchia, J. R. Stat. Soc. B 50, 297, 1988): two revolutions in a low orbit.
+//! `WINDOW` or half of them (Vecchia, J. R. Stat. Soc. B 50, 297, 1988): two revolutions in a low orbit. A
+//! state that the ground gives at the start adds its own, `1 / sigma²` of every axis.
 //!
 //! Lengths on another body's ground are that share of the Earth's that its radius is, as the fields' cells
 //! are.
 //!
-//! All else is known: latitude and season, the mean height, alignment, attitude and forces; nothing is known of
-//! the orbit before the first block. Any of them unknown would make the bound worse. Heights closer together
-//! than these would make it 6 % better (Sun-synchronous orbit). A bound is an rms over worlds: in one of them
-//! an error may be smaller.
+//! All else is known: latitude and season, the mean height, alignment, attitude and forces; without a state
+//! from the ground nothing of the orbit before the first block. Any of them unknown would make the bound
+//! worse. Heights closer together than these would make it 6 % better (Sun-synchronous orbit). A bound is an
+//! rms over worlds: in one of them an error may be smaller.
 //!
 //! Geometry and heights are the world's. The transition of errors, with the pull of the bulge, is that of
 //! the flight code's orbit room between true states 30 s apart (error 1e-6).
@@ -44,7 +45,8 @@ const LONGEST_S: f64 = 1200.0;
 /// Most places of a block, and heights with which others are compared.
 const PLACES: usize = 36;
 const WINDOW: usize = 600;
-/// By what an edge is off beside the field, km, and for how long, s: clouds and light, in rendered low orbits.
+/// By what an edge is off beside the field, km, and for how long, s: clouds and light, in rendered low
+/// orbits.
 const EDGE_KM: f64 = 0.6;
 const EDGE_S: f64 = 12.0;
 /// Distances at which the covariance is tabled, km apart: straight between them to 3e-5 km².
@@ -102,6 +104,13 @@ impl PositionBound {
             next_us: i64::MIN,
             sigma_km: None,
         }
+    }
+
+    /// The same where the ground gives a state at the start, known so well along every axis.
+    pub fn knowing(mut self, position_sigma_km: f64, velocity_sigma_m_s: f64) -> Self {
+        let sigmas = [position_sigma_km, 1e-3 * velocity_sigma_m_s];
+        self.information = Matrix6::from_diagonal(&Vector6::from_fn(|axis, _| sigmas[axis / 3].powi(-2)));
+        self
     }
 
     /// Adds a second; gives the sigma after the last step, radial, along, across, km, `None` while the limb

@@ -3,9 +3,11 @@
 //! In: a scenario, a file of what varies, the campaign's seed, the number of a run. Out: a checked
 //! [`Scenario`] that depends on these alone, and the values drawn.
 
-use super::vary::{Variation, key_at};
+use super::vary::{self, Variation};
 use crate::error::{HostError, InputError};
+use crate::formats::toml_keys::key_at;
 use crate::scenario::{Believed, Scenario};
+use crate::words::IN_THE_PLACE_OF;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -105,6 +107,10 @@ fn refused(variation: &Variation, text: &str, run: u64, error: HostError) -> Hos
     let key = line.and_then(|line| key_at(text, line)).filter(|key| variation.has(key));
     // The scenario's own message begins with the key.
     let what = key.as_ref().and_then(|key| what.strip_prefix(&format!("{key}: "))).unwrap_or(what);
+    let word = key.as_deref().filter(|_| what.contains(IN_THE_PLACE_OF));
+    if let Some((key, word)) = word.and_then(|key| Some((key, variation.no_distribution(key)?))) {
+        return variation.fault(key, format!("{word} is no distribution"), vary::TO_DO);
+    }
     variation.fault(key.as_deref().unwrap_or("scenario"), format!("{what} (run {run})"), to_do)
 }
 

@@ -6,11 +6,14 @@
 //! everything random in it follows (clouds, noise, hits, the horizon's height), and with the keys that
 //! `--vary` draws; these stand in its result. `sil-host run SCENARIO --seed N --run I` flies one of them
 //! again. Ends with status 1 when a limit was missed in a run.
+//!
+//! `sil-host campaign SCENARIO --out DIR` is the same with its files in a folder: the flights, their table
+//! and what is printed.
 
 use super::Experiment;
 use super::family::{Family, Values};
 use super::spread::Spread;
-use crate::cli::CampaignRunArguments;
+use crate::cli::{CampaignFolderArguments, CampaignRunArguments};
 use crate::commands::run::bounded::BoundedJudge;
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::json;
@@ -18,11 +21,13 @@ use crate::harness;
 use crate::judge::Limit;
 use crate::judge::Verdict;
 use crate::judge::table::{self, Figure, Side};
+use crate::output;
 use crate::report::figures_table;
 use crate::version;
 use crate::words::program;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// A flight of the scenario, judged.
@@ -163,8 +168,19 @@ pub(super) fn row(figure: &'static Figure, limits: &[Limit], flown: &[Flown]) ->
     })
 }
 
-/// The table of so many runs: the limited figures, and errors and sigmas of the last orbit. A run without a
-/// figure misses its limit.
+/// Whether faults were drawn for a flight.
+fn has_drawn_faults(flown: &Flown) -> bool {
+    flown.drawn.keys().any(|key| key.starts_with("faults."))
+}
+
+/// Whether a figure is shown without a limit: errors and sigmas of the last orbit, and in flights with faults
+/// the recovery.
+fn is_beside(figure: &str, faults: bool) -> bool {
+    figure.contains("_95_") || figure.contains("_sigma_") || faults && figure == "recovery_s"
+}
+
+/// The table of so many runs: the limited figures and those [beside](is_beside) them. A run without a figure
+/// misses its limit.
 fn text(rows: &[Row], runs: usize) -> String {
     let [median, interval, keep, limit, missed] = ["median", "95 % interval of it", "95 % keep", "limit", ""];
     let mut text =
@@ -204,20 +220,48 @@ fn again(arguments: &CampaignRunArguments, run: u64) -> String {
 /// # Errors
 /// When the scenario cannot be read or flown, or the file of runs cannot be used.
 pub fn run(arguments: &CampaignRunArguments) -> Result<ExitCode, HostError> {
+    judged(arguments, None)
+}
+
+/// Runs the command with its files in a folder.
+///
+/// # Errors
+/// As [`run`], and when the folder cannot be made.
+pub fn run_in_folder(arguments: &CampaignFolderArguments) -> Result<ExitCode, HostError> {
+    let folder = &arguments.out;
+    let made =
+        |error: std::io::Error| HostError::system(folder, "made", &error, "name another folder by --out");
+    // A scenario that cannot be read leaves no folder.
+    Family::new(Some(&arguments.scenario), arguments.vary.as_deref())?;
+    std::fs::create_dir_all(folder).map_err(made)?;
+    judged(&arguments.as_run(), Some(&folder.join("figures.txt")))
+}
+
+/// Flies what is not yet flown, judges all and prints it, into a file too where one is given.
+fn judged(arguments: &CampaignRunArguments, page: Option<&Path>) -> Result<ExitCode, HostError> {
     let family = Family::new(arguments.scenario.as_deref(), arguments.vary.as_deref())?;
-    let flown = flown(&family, arguments)?;
     let base = &family.base;
+    base.warn();
+    let flown = flown(&family, arguments)?;
     let rows: Vec<Row> = table::figures().filter_map(|figure| row(figure, &base.limits, &flown)).collect();
+    let faults = !base.faults.is_empty() || flown.iter().any(has_drawn_faults);
+    let shown = |row: &&Row| row.limit.is_some() || is_beside(row.figure, faults);
+    let shown: Vec<Row> = rows.iter().filter(shown).cloned().collect();
+    let worst = shown.iter().max_by_key(|row| row.missed).map_or(arguments.common.first, |row| row.worst_run);
+    let runs = flown.len();
+    let words = format!(
+        "{}: {runs} runs\n{}\nTo see one of them again: {}\n",
+        base.name,
+        text(&shown, runs),
+        again(arguments, worst)
+    );
     if arguments.common.json {
         rows.iter().for_each(json::print_line);
     } else {
-        let shown =
-            |row: &&Row| row.limit.is_some() || row.figure.contains("_95_") || row.figure.contains("_sigma_");
-        let shown: Vec<Row> = rows.iter().filter(shown).cloned().collect();
-        let worst =
-            shown.iter().max_by_key(|row| row.missed).map_or(arguments.common.first, |row| row.worst_run);
-        print_line!("{}: {} runs\n{}", base.name, flown.len(), text(&shown, flown.len()));
-        print_line!("To see one of them again: {}", again(arguments, worst));
+        output::print(format_args!("{words}"), "");
+    }
+    if let Some(page) = page {
+        output::write_whole(page, words.as_bytes())?;
     }
     let kept = flown.iter().all(|flown| flown.missed.is_empty());
     Ok(if kept { ExitCode::SUCCESS } else { ExitCode::from(EXIT_JUDGED_FAILED) })

@@ -85,7 +85,7 @@ impl Row {
         };
         let Outcome { tried, wrong, names, wrong_names, companions, .. } = self.outcome;
         format!(
-            "{:<28}{tried:>9}{:>13.3}{peers:>10}{wrong:>8}{:>12.1e}{names:>11}{wrong_names:>8}{companions:>11}  {}",
+            "{:<28}{tried:>9}{:>13.3}{peers:>10}{wrong:>8}{:>12.1e}{names:>11}{wrong_names:>8}{companions:>13}  {}",
             self.case,
             self.identified_percent,
             self.stated_wrong,
@@ -191,8 +191,8 @@ fn print_summary(rows: &[Row], seed: u64) {
     let sum = rows.iter().fold(Outcome::default(), |sum, row| sum.and(&row.outcome));
     let head = format!(
         "Identification, lost in space: 15 deg square on 1024 x 1024 px, stars to V = 6\n\
-         {:<28}{:>9}{:>13}{:>10}{:>8}{:>12}{:>11}{:>8}{:>11}\n\
-         {:<28}{:>9}{:>13}{:>10}{:>8}{:>12}{:>11}{:>8}{:>11}",
+         {:<28}{:>9}{:>13}{:>10}{:>8}{:>12}{:>11}{:>8}{:>13}\n\
+         {:<28}{:>9}{:>13}{:>10}{:>8}{:>12}{:>11}{:>8}{:>13}",
         "",
         "",
         "identified,",

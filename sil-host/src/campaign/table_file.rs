@@ -6,7 +6,7 @@
 //! they are empty.
 
 use crate::error::HostError;
-use crate::output::{PartialFile, write_whole};
+use crate::output::{self, write_whole};
 use parquet::basic::{ConvertedType, Repetition, Type as Physical};
 use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
@@ -45,7 +45,7 @@ impl TableFile {
                 return Err(HostError::usage(what, "name it so"));
             }
         };
-        PartialFile::create(path)?;
+        output::check(path)?;
         Ok(Self { path: path.to_path_buf(), parquet })
     }
 

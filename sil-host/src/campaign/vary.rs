@@ -15,12 +15,12 @@
 //! [`Variation`]. What a run draws for a key depends on the campaign's seed, the run and the key alone.
 
 use crate::error::HostError;
+use crate::formats::toml_keys::{keys, line_at};
 use crate::world::noise::{Noise, Stream};
 use std::path::{Path, PathBuf};
 use toml::Value;
-use toml::de::{DeTable, DeValue};
 
-const TO_DO: &str = "give a value or one of { uniform = [low, high] }, { log_uniform = [low, high] }, { normal = [mean, sigma] }, \
+pub(super) const TO_DO: &str = "give a value or one of { uniform = [low, high] }, { log_uniform = [low, high] }, { normal = [mean, sigma] }, \
      { whole = [low, high] }, { choice = [a, b] }";
 
 /// What stands in the place of a value.
@@ -167,6 +167,16 @@ impl Variation {
         (!self.sources.is_empty()).then_some(self)
     }
 
+    /// The word that stands, with a list, in a table in the place of a key's value, if there is one: a
+    /// distribution that is none.
+    pub fn no_distribution(&self, key: &str) -> Option<&str> {
+        self.sources.iter().find_map(|(path, source)| {
+            let (word, above) = path.split_last()?;
+            (above.join(".") == key && matches!(source, Source::Fixed(Value::Array(_))))
+                .then_some(word.as_str())
+        })
+    }
+
     /// Whether something is drawn for a key or for a part of it.
     pub fn has(&self, key: &str) -> bool {
         self.sources.iter().map(|(path, _)| path.join(".")).any(|path| belongs(&path, key))
@@ -240,52 +250,12 @@ fn hash(name: &str) -> u64 {
     name.bytes().fold(0xcbf2_9ce4_8422_2325, step)
 }
 
-/// Line of a byte, from 1.
-fn line_at(text: &str, at: usize) -> usize {
-    text.get(..at).unwrap_or(text).matches('\n').count() + 1
-}
-
-/// Every key of a TOML text with its line: tables, values, elements of arrays.
-fn keys(text: &str) -> Vec<(String, usize)> {
-    fn walk(value: &DeValue<'_>, path: &str, text: &str, into: &mut Vec<(String, usize)>) {
-        let below = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-        match value {
-            DeValue::Table(table) => {
-                for (key, value) in table {
-                    let name = below(key.get_ref());
-                    into.push((name.clone(), line_at(text, key.span().start)));
-                    walk(value.get_ref(), &name, text, into);
-                }
-            }
-            DeValue::Array(values) => {
-                for (index, value) in values.iter().enumerate() {
-                    let name = below(&index.to_string());
-                    into.push((name.clone(), line_at(text, value.span().start)));
-                    walk(value.get_ref(), &name, text, into);
-                }
-            }
-            _ => {}
-        }
-    }
-    let mut keys = Vec::new();
-    if let Ok(table) = DeTable::parse(text) {
-        walk(&DeValue::Table(table.into_inner()), "", text, &mut keys);
-    }
-    keys
-}
-
 /// Line of a key, or of the first part of it.
 fn line_of(text: &str, key: &str) -> Option<usize> {
     let keys = keys(text);
     let own = keys.iter().find(|(name, _)| name == key);
     own.or_else(|| keys.iter().filter(|(name, _)| belongs(name, key)).max_by_key(|(name, _)| name.len()))
         .map(|(_, line)| *line)
-}
-
-/// The key that stands in a line of a text; of several the one above the others.
-pub fn key_at(text: &str, line: usize) -> Option<String> {
-    let keys = keys(text).into_iter().filter(|(_, at)| *at == line);
-    keys.map(|(name, _)| name).min_by_key(String::len)
 }
 
 #[cfg(test)]

@@ -6,12 +6,16 @@ use crate::world::earth::photometry::Photometry;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
-/// Arguments of `campaign`.
+/// Arguments of `campaign`: what it is of, or a scenario and a folder.
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct CampaignArguments {
     /// Of what
     #[command(subcommand)]
-    pub of: Campaign,
+    pub of: Option<Campaign>,
+    /// A scenario
+    #[command(flatten)]
+    pub scenario: Option<CampaignFolderArguments>,
 }
 
 /// What campaigns there are.
@@ -84,6 +88,57 @@ pub struct CampaignRunArguments {
     /// The rest
     #[command(flatten)]
     pub common: CommonArguments,
+}
+
+/// Arguments of `campaign SCENARIO.toml`: `campaign run` with its files in a folder.
+#[derive(Debug, Args)]
+pub struct CampaignFolderArguments {
+    /// Scenario file, or the name of one that comes with the program: `campaign run` with its files in a
+    /// folder
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// Flights
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
+    pub runs: u64,
+    /// Number of the first run; campaigns of other machines begin elsewhere
+    #[arg(long, value_name = "I", default_value_t = 0)]
+    pub first: u64,
+    /// Runs at a time [default: one for each core]
+    #[arg(long, value_name = "J")]
+    pub jobs: Option<u16>,
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// What every flight draws anew, as of `campaign run`
+    #[arg(long, value_name = "FILE.toml")]
+    pub vary: Option<PathBuf>,
+    /// Folder for flights.jsonl, to which finished flights are appended (what it holds is not flown again),
+    /// flights.csv, a row a flight, and figures.txt, what is printed
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// One JSON object a row on stdout, and nothing else
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl CampaignFolderArguments {
+    /// The same as arguments of `campaign run`.
+    pub fn as_run(&self) -> CampaignRunArguments {
+        CampaignRunArguments {
+            scenario: Some(self.scenario.clone()),
+            runs: self.runs,
+            vary: self.vary.clone(),
+            common: CommonArguments {
+                seed: self.seed,
+                first: self.first,
+                jobs: self.jobs,
+                out: Some(self.out.join("flights.jsonl")),
+                held: false,
+                table: vec![self.out.join("flights.csv")],
+                json: self.json,
+            },
+        }
+    }
 }
 
 /// Arguments of `campaign belief`.

@@ -74,7 +74,7 @@ pub struct RecordArguments {
     #[arg(value_name = "IMAGE", requires = "fov_deg")]
     pub image: Option<PathBuf>,
     /// Horizontal field of view of the picture's camera, degrees
-    #[arg(long, value_name = "F", requires = "image", allow_negative_numbers = true)]
+    #[arg(long, value_name = "F", requires = "image")]
     pub fov_deg: Option<f64>,
     /// Seconds for which a picture is shown
     #[arg(long, value_name = "N", requires = "image", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=300))]
@@ -118,6 +118,17 @@ pub struct ReferenceArguments {
     /// One JSON object on stdout instead of the page
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `modes`.
+#[derive(Debug, Args)]
+pub struct ModesArguments {
+    /// One JSON object on stdout instead of the page
+    #[arg(long)]
+    pub json: bool,
+    /// The diagram on stdout instead of the page, SVG
+    #[arg(long, conflicts_with = "json")]
+    pub svg: bool,
 }
 
 /// Arguments of `telemetry`.

@@ -12,7 +12,7 @@ pub struct OpticsArguments {
     #[arg(long, value_name = "CAM.toml")]
     pub camera: Option<PathBuf>,
     /// Horizontal field of view of an undistorted camera, degrees; solve and calibrate need it right to 2 %
-    #[arg(long, value_name = "F", allow_negative_numbers = true)]
+    #[arg(long, value_name = "F")]
     pub fov_deg: Option<f64>,
 }
 
@@ -119,6 +119,15 @@ pub struct AttitudeArguments {
     pub json: bool,
 }
 
+/// Most electrons that a pixel holds.
+const FULL_WELL_MAX_E: f64 = 1e7;
+
+/// The charge of a full pixel.
+fn electrons(text: &str) -> Result<f64, String> {
+    let charge = text.parse().ok().filter(|charge| (1.0..=FULL_WELL_MAX_E).contains(charge));
+    charge.ok_or_else(|| format!("give 1 to {FULL_WELL_MAX_E} electrons"))
+}
+
 /// Arguments of `calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
@@ -137,7 +146,7 @@ pub struct CalibrateArguments {
     #[arg(long, value_name = "CAM.toml")]
     pub out: PathBuf,
     /// Charge of a full pixel by the detector's data sheet, electrons; of a rendered one the laboratory's
-    #[arg(long, value_name = "E", default_value_t = 40_000.0, conflicts_with = "rendered")]
+    #[arg(long, value_name = "E", default_value_t = 40_000.0, conflicts_with = "rendered", value_parser = electrons)]
     pub full_well_e: f64,
 }
 

@@ -13,8 +13,11 @@
 //! a chi-square with two degrees of freedom a star, less three; `us` host time. A line that is no set costs
 //! one line on stderr with its number and status 2 at the end; the others are still answered.
 //!
+//! A set whose directions contradict each other is refused for all methods alike ([`agreement`]).
+//!
 //! `--table`: see [`crate::commands::attitude::table`].
 
+pub mod agreement;
 pub mod methods;
 pub mod table;
 
@@ -134,8 +137,22 @@ fn pairs(set: &SetInput) -> Result<Pairs, String> {
     Ok(Pairs::Extended(extended.collect()))
 }
 
-/// Solves one set by one method.
-fn answer(id: &serde_json::Value, method: WahbaMethod, pairs: &Pairs) -> SetAnswer {
+/// Whether the directions of a set agree.
+fn agreement(pairs: &Pairs) -> Result<(), WahbaError> {
+    match pairs {
+        Pairs::Plain(pairs) => agreement::check(WahbaMethod::Svd, pairs),
+        Pairs::Extended(Ok(pairs)) => agreement::check(WahbaMethod::Anisotropic, pairs),
+        Pairs::Extended(Err(reason)) => Err(*reason),
+    }
+}
+
+/// Solves one set by one method; refused where its directions do not `agree`.
+fn answer(
+    id: &serde_json::Value,
+    method: WahbaMethod,
+    pairs: &Pairs,
+    agree: Result<(), WahbaError>,
+) -> SetAnswer {
     let begin = Instant::now();
     let found = match pairs {
         Pairs::Plain(pairs) => comparison::solve(method, pairs),
@@ -143,6 +160,7 @@ fn answer(id: &serde_json::Value, method: WahbaMethod, pairs: &Pairs) -> SetAnsw
         Pairs::Extended(Err(reason)) => Err(*reason),
     };
     let us = begin.elapsed().as_secs_f64() * 1e6;
+    let found = agree.and(found);
     let refused = SetAnswer {
         id: id.clone(),
         method: name(method),
@@ -174,7 +192,8 @@ fn answers(
 ) -> Result<Vec<SetAnswer>, HostError> {
     let set: SetInput = json::read_line(path, number, text, TO_DO)?;
     let pairs = pairs(&set).map_err(|what| HostError::input(path, Some(number), what, TO_DO))?;
-    Ok(methods.iter().map(|method| answer(&set.id, *method, &pairs)).collect())
+    let agree = agreement(&pairs);
+    Ok(methods.iter().map(|method| answer(&set.id, *method, &pairs, agree)).collect())
 }
 
 /// Prints an answer for people.

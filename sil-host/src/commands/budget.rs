@@ -1,15 +1,15 @@
 //! `sil-host budget`: what a second costs on the reference on-board computer, against its limits.
 //!
 //! Builds the flight image and the cycle meter, records the
-//! [mission](crate::commands::record::mission) through every mode, the widest limb, a storm of protons, one in
-//! a crowded field and a sunrise with a gyro, flies them in the emulator and prints, per mode and stage, the worst cycles observed,
-//! the cycles at the caps (`bounds`), flash, static RAM and stack. The stack is the deeper of two: the deepest path through the calls of the
-//! machine code (`tests/stack-depth`, which also proves that nothing calls itself and no call's target is
-//! unknown), and what was touched. Status 1 when a limit is overrun or the target's telemetry is not the
-//! host's to the byte. Cycles are those of the meter's model (Cortex-M4F, zero wait states, no interrupts);
-//! the cost of reading pixels from a real detector is not in them. With
-//! `--wait-states W` every line of 16 bytes of code and every word loaded costs W more, as from a flash without
-//! cache and prefetch: a bound, held against the same limits.
+//! [mission](crate::commands::record::mission) through every mode, the widest limb, a storm of protons, one
+//! in a crowded field and a sunrise with a gyro, flies them in the emulator and prints, per mode and stage,
+//! the worst cycles observed, the cycles at the caps (`bounds`), flash, static RAM and stack. The stack is
+//! the deeper of two: the deepest path through the calls of the machine code (`tests/stack-depth`, which also
+//! proves that nothing calls itself and no call's target is unknown), and what was touched. Status 1 when a
+//! limit is overrun or the target's telemetry is not the host's to the byte. Cycles are those of the meter's
+//! model (Cortex-M4F, zero wait states, no interrupts); the cost of reading pixels from a real detector is
+//! not in them. With `--wait-states W` every line of 16 bytes of code and every word loaded costs W more, as
+//! from a flash without cache and prefetch: a bound, held against the same limits.
 //!
 //! What stars and Earth cost of a second, several stages each, is held against limits of its own, in
 //! acquisition too where the limb is predicted: the first strips after a search are as long as strips can be.
@@ -58,8 +58,8 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
     let flights: Result<Vec<Flown>, HostError> = flights.collect();
     let _ = std::fs::remove_dir_all(&folder);
     let mut flights = flights?;
-    for (cycle, _) in flights.iter_mut().flat_map(|flown| &mut flown.seconds) {
-        cycle.wait(arguments.wait_states.into());
+    for flown in &mut flights {
+        flown.wait(arguments.wait_states.into());
     }
     let bounds = Bounds::new(&flights)?;
     let budget = table(&limits, arguments.wait_states, &flights, &bounds);

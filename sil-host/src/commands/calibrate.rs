@@ -233,6 +233,7 @@ fn table(calibration: &Calibration) -> String {
 /// written.
 pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
     let cameras = PictureCamera::required(&arguments.optics)?;
+    apart(&arguments.out)?;
     if let PictureCamera::File(path, CameraFile { projection: Projection::Equiangular, .. }) = &cameras {
         let what = "only rectilinear cameras can be calibrated";
         return Err(HostError::input(path, None, what, "start from a rectilinear camera"));
@@ -268,6 +269,15 @@ pub fn run(arguments: &CalibrateArguments) -> Result<ExitCode, HostError> {
     write_whole(&drawing, plot::svg(&calibration).as_bytes())?;
     print_line!("Camera: {}   Residuals: {}", arguments.out.display(), drawing.display());
     Ok(album.faults.status())
+}
+
+/// Refuses a camera file whose name is that of what is written beside it.
+fn apart(out: &Path) -> Result<(), HostError> {
+    let beside = ["svg", "corr"].into_iter().find(|ending| out.with_extension(ending) == out);
+    beside.map_or(Ok(()), |ending| {
+        let what = format!("--out {}: the .{ending} beside it would have its name", out.display());
+        Err(HostError::usage(what, "name the camera file .toml"))
+    })
 }
 
 /// The comment of the camera file; `rendered`: how many pictures were, and the CRC-32 of the first.

@@ -1,12 +1,14 @@
 //! `sil-host decode`: telemetry frames as they left a sensor, read.
 //!
 //! In: a stream of frames ([`telemetry`]), from a file or standard input. Out: with `--json` a report a line,
-//! its fields as the page `fsw-core/TELEMETRY.md` lists them; else a line of words. A frame that is broken or
-//! of another version is named on stderr, left out, and makes the status 2.
+//! its fields as the page `fsw-core/TELEMETRY.md` lists them; else a line of words; each as soon as its frame
+//! has come. A frame of another version and bytes that are damaged are named on stderr, left out, and make
+//! the status 2; the frames behind them are read ([`crate::formats::telemetry_stream`]).
 
 use crate::cli::DecodeArguments;
-use crate::error::{EXIT_BAD_INPUT, HostError};
+use crate::error::{Faults, HostError};
 use crate::formats::json;
+use crate::formats::telemetry_stream::{Piece, TelemetryStream};
 use crate::words::program;
 use fsw_core::packet::PacketError;
 use fsw_core::telemetry::{self, Report};
@@ -23,39 +25,46 @@ fn to_do() -> String {
 /// Does what the command line asks for.
 ///
 /// # Errors
-/// Where the stream cannot be read, holds nothing, or breaks off; behind the frames before.
+/// Where the stream cannot be read or holds nothing.
 pub fn run(arguments: &DecodeArguments) -> Result<ExitCode, HostError> {
     let DecodeArguments { stream: path, json } = arguments;
-    let mut stream = Vec::new();
-    let read = if path == Path::new("-") {
-        io::stdin().lock().read_to_end(&mut stream)
+    let refused = |error: io::Error| HostError::system(path, "read", &error, "check the path");
+    let source: Box<dyn Read> = if path == Path::new("-") {
+        Box::new(io::stdin().lock())
     } else {
-        File::open(path).and_then(|mut file| file.read_to_end(&mut stream))
+        Box::new(File::open(path).map_err(refused)?)
     };
-    read.map_err(|error| HostError::system(path, "read", &error, "check the path"))?;
-    if stream.is_empty() {
+    let mut stream = TelemetryStream::new(source);
+    let (mut faults, mut empty) = (Faults::default(), true);
+    while let Some((at, piece)) = stream.piece().map_err(refused)? {
+        empty = false;
+        let (what, to_do) = match piece {
+            Piece::Frame(_, Ok(report)) if *json => {
+                json::print_line(&report);
+                continue;
+            }
+            Piece::Frame(_, Ok(report)) => {
+                print_line!("{}", words(&report));
+                continue;
+            }
+            Piece::Frame(bytes, Err(error)) => (
+                format!("a frame of {bytes} bytes: {}", reason(error)),
+                "left out; the others are read".into(),
+            ),
+            Piece::Skipped(bytes) => (
+                format!("{bytes} bytes are damaged and skipped (no frame whose checksum matches)"),
+                "the frames behind them are read".into(),
+            ),
+            Piece::Rest(bytes) => {
+                (format!("the stream breaks off: its last {bytes} bytes hold no whole frame"), to_do())
+            }
+        };
+        faults.noted::<()>(Err(HostError::input(path, None, format!("byte {at}: {what}"), to_do)));
+    }
+    if empty {
         return Err(HostError::input(path, None, "it is empty: it holds no frame", to_do()));
     }
-    let mut status = ExitCode::SUCCESS;
-    let mut rest = &stream[..];
-    while !rest.is_empty() {
-        let at = stream.len() - rest.len();
-        let Some((frame, behind)) = telemetry::split_first(rest) else {
-            let what = format!("byte {at}: the stream breaks off within a frame");
-            return Err(HostError::input(path, None, what, to_do()));
-        };
-        rest = behind;
-        match telemetry::decode(frame) {
-            Ok(report) if *json => json::print_line(&report),
-            Ok(report) => print_line!("{}", words(&report)),
-            Err(error) => {
-                let what = format!("byte {at}: a frame of {} bytes: {}", frame.len(), reason(error));
-                eprintln!("{}", HostError::input(path, None, what, "left out; the others are read"));
-                status = ExitCode::from(EXIT_BAD_INPUT);
-            }
-        }
-    }
-    Ok(status)
+    Ok(faults.status())
 }
 
 /// Why a frame is not read.

@@ -8,7 +8,7 @@ use crate::cli::GalleryArguments;
 use crate::error::HostError;
 use crate::gallery::{Figure, Made, figures, page};
 use crate::output::{self, Folder};
-use crate::words::program;
+use crate::words::{nearest, program};
 use std::process::ExitCode;
 
 /// The page's file.
@@ -20,7 +20,9 @@ const PAGE: &str = "gallery.md";
 /// A name that is none.
 fn chosen(names: &[String]) -> Result<Vec<&'static Figure>, HostError> {
     if let Some(unknown) = names.iter().find(|name| figures().all(|figure| figure.name != **name)) {
-        let to_do = format!("`{} gallery --list` has them all", program());
+        let near = nearest(unknown, figures().map(|figure| figure.name));
+        let near = near.map_or(String::new(), |near| format!("the nearest name is {near}: "));
+        let to_do = format!("{near}`{} gallery --list` has them all", program());
         return Err(HostError::usage(format!("there is no figure {unknown:?}"), to_do));
     }
     let asked = |figure: &&Figure| names.is_empty() || names.iter().any(|name| name == figure.name);
@@ -37,7 +39,7 @@ pub fn run(arguments: &GalleryArguments) -> Result<ExitCode, HostError> {
         chosen.iter().for_each(|figure| print_line!("{:<16}{}", figure.name, figure.title));
         return Ok(ExitCode::SUCCESS);
     }
-    let folder = Folder::claim(&arguments.out, &[PAGE])?;
+    let folder = Folder::claim(&arguments.out, &[])?;
     let mut all: Vec<(&Figure, Made)> = Vec::new();
     for figure in chosen {
         let made = (figure.make)(figure)?;
@@ -48,7 +50,9 @@ pub fn run(arguments: &GalleryArguments) -> Result<ExitCode, HostError> {
         all.push((figure, made));
     }
     let path = folder.file(PAGE);
-    output::write_whole(&path, page::markdown(&all).as_bytes())?;
+    // Figures made before stay on the page.
+    let before = std::fs::read_to_string(&path).unwrap_or_default();
+    output::write_whole(&path, page::markdown(&all, &before).as_bytes())?;
     eprintln!("sil-host: page in {}", path.display());
     Ok(ExitCode::SUCCESS)
 }

@@ -223,7 +223,11 @@ impl Outlook {
                 _ => "never".to_owned(),
             };
             let share = 100.0 * share;
-            print_line!("  {:<38} {share:>6.2} %  {seconds:>9} s  {count:>5} times  {spans}", words(*state));
+            let times = if *count == 1 { "time" } else { "times" };
+            print_line!(
+                "  {:<38} {share:>6.2} %  {seconds:>9} s  {count:>5} {times:<5}  {spans}",
+                words(*state)
+            );
         }
     }
 }

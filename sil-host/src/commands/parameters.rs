@@ -10,7 +10,6 @@ use fsw_core::parameters::table::Row;
 use fsw_core::parameters::{GROUPS, VERSION};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::process::ExitCode;
 
 /// Does what the command line asks for.
@@ -18,9 +17,7 @@ use std::process::ExitCode;
 /// # Errors
 /// None.
 pub fn run(arguments: &ReferenceArguments) -> Result<ExitCode, HostError> {
-    let text = if arguments.json { format!("{}\n", json()) } else { page() };
-    // A reader that closed the pipe has what it wanted: not a fault.
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    super::print_reference(arguments.json, json, page);
     Ok(ExitCode::SUCCESS)
 }
 

@@ -60,7 +60,7 @@ impl PictureCamera {
         let file = self.of(name, picture)?;
         match self {
             Self::File(path, _) => Ok((flight::camera(&file, path)?, FocalLength::Rough)),
-            Self::FieldDeg(_) => Ok((flight::camera(&file, name)?, FocalLength::Within2Percent)),
+            Self::FieldDeg(_) => Ok((flight::camera(&file, name)?, FocalLength::Within2PercentEitherSense)),
         }
     }
 }

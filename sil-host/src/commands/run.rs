@@ -167,6 +167,7 @@ pub fn run(arguments: &RunArguments) -> Result<ExitCode, HostError> {
             Family::new(named, arguments.vary.as_deref())?.member(arguments.seed.unwrap_or(1), run)?.0
         }
     };
+    scenario.warn();
     let folder = arguments.out.clone().unwrap_or_else(|| Path::new(FOLDER).join(&scenario.name));
     let began = Instant::now();
     let summary = fly_into(&scenario, &folder, &command(arguments, scenario.seed), arguments.json)?;

@@ -179,7 +179,8 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
         }
         answers.push(answer);
     }
-    if let Some(path) = &arguments.csv {
+    // Of no picture an answer: the table of an earlier run stays.
+    if let Some(path) = arguments.csv.as_ref().filter(|_| !answers.is_empty()) {
         table::write(path, &answers)?;
     }
     Ok(faults.status())

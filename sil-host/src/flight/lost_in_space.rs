@@ -5,7 +5,7 @@
 //! Nothing of the identification is done here: every try is [`Identifier::advance`], and the hypotheses of
 //! all tries count in the false-identification probability.
 
-use fsw_core::camera::Camera;
+use fsw_core::camera::{Camera, CameraParameters};
 use fsw_core::catalog::Catalogue;
 use fsw_core::stars::confirm::{Confirmed, confirm};
 use fsw_core::stars::identify::{IdentificationParameters, Identifier, NotIdentified, Progress};
@@ -32,6 +32,9 @@ const REFINEMENTS: usize = 4;
 pub enum FocalLength {
     /// Within 2 %: a ladder of tries.
     Within2Percent,
+    /// The same of a picture that may be seen in a mirror: the ladder in the camera's sense, then in the
+    /// other.
+    Within2PercentEitherSense,
     /// Known to a thousandth, as for a camera file of a lens that was measured once.
     Rough,
 }
@@ -104,11 +107,17 @@ impl Solver {
         let mut hypotheses = 0.0;
         let mut reason = NotIdentified::TooFewStars;
         let steps = match focal_length {
-            FocalLength::Within2Percent => FOCAL_STEPS,
+            FocalLength::Within2Percent | FocalLength::Within2PercentEitherSense => FOCAL_STEPS,
             FocalLength::Rough => 0,
         };
+        let mut cameras = ladder(camera, steps);
+        if focal_length == FocalLength::Within2PercentEitherSense {
+            let parameters = *camera.parameters();
+            let other = Camera::new(CameraParameters { mirrored: !parameters.mirrored, ..parameters });
+            cameras.extend(other.iter().flat_map(|other| ladder(other, steps)));
+        }
         for round in ROUNDS {
-            for camera in ladder(camera, steps) {
+            for camera in cameras.iter().cloned() {
                 match self.attempt(centroids, camera, catalogue, round, &mut hypotheses) {
                     Err(NotIdentified::TooFewStars) => return Err(NotIdentified::TooFewStars),
                     Err(found) => reason = found,

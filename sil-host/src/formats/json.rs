@@ -1,6 +1,7 @@
 //! One JSON object a line, in and out.
 
 use crate::error::HostError;
+use crate::words::kinds;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -85,7 +86,7 @@ pub fn read_line<'t, T: Deserialize<'t>>(
         let words = error.to_string();
         // The parser counts lines within this one.
         let words = words.split(" at line").next().unwrap_or(&words);
-        HostError::input(path, Some(number), words, to_do)
+        HostError::input(path, Some(number), kinds(words), to_do)
     })
 }
 

@@ -3,7 +3,7 @@
 use super::{Figure, Made, Row, Told};
 use crate::commands::outages::{Outlook, outlook, page, words};
 use crate::error::HostError;
-use crate::report::chart::standing_alone;
+use crate::report::standing_alone::standing_alone;
 use crate::scenario::Scenario;
 use fsw_core::orbit::forces::Dynamics;
 use std::path::Path;
@@ -14,8 +14,8 @@ const ECLIPSE: u8 = 2;
 const STAR_PATH: u8 = 3;
 const STAR_PATH_OVER_EARTH: u8 = 4;
 
-/// Focal length, px, at which the side of 1280 px, along which the Sun goes, takes in the 17.7 deg that 4215 s and two times 13 s
-/// of the Sun's way in GEO are.
+/// Focal length, px, at which the side of 1280 px, along which the Sun goes, takes in the 17.7 deg that 4215
+/// s and two times 13 s of the Sun's way in GEO are.
 const THESIS_FOCAL_LENGTH_PX: f64 = 4106.0;
 
 const SCAN_8_5: &str =
@@ -110,13 +110,20 @@ fn seconds(outlook: &Outlook, state: u8) -> u32 {
 fn alone(outlook: &Outlook) -> Vec<Row> {
     let row = |state: u8| {
         let total = &outlook.totals[usize::from(state)];
-        Row::alone(words(state), format!("{} s in {} times", total.seconds, total.count))
+        Row::alone(
+            words(state),
+            match total.count {
+                0 => "never".to_owned(),
+                1 => format!("{} s, once", total.seconds),
+                count => format!("{} s in {count} times", total.seconds),
+            },
+        )
     };
     [EARTH_PATH, ECLIPSE, STAR_PATH, STAR_PATH_OVER_EARTH].map(row).to_vec()
 }
 
-fn made(outlook: &Outlook, rows: Vec<Row>, verdict: String) -> Made {
-    Made { pictures: vec![standing_alone(&page::strip(outlook))], rows, verdict }
+fn made(title: &str, outlook: &Outlook, rows: Vec<Row>, verdict: String) -> Made {
+    Made { pictures: vec![standing_alone(&page::drawing(title, outlook))], rows, verdict }
 }
 
 const NOT_IN_THE_SCAN: &str = "The scan holds no number of this figure.";
@@ -139,33 +146,33 @@ fn geo_in_plane(figure: &Figure) -> Result<Made, HostError> {
         side sooner. Beside the Earth the reference camera, 24 deg wide along the Sun's way, is blinded for a quarter of an hour a side. With a field of 17.7 deg, which the thesis's numbers add up to, \
         102 s are left in the star path instead of 13 s: 64 s are the Sun's radius, which ours counts and the thesis does not, 20 s a side the narrower Earth. One day at the equinox, the worst case."
         .to_owned();
-    Ok(made(&ours, rows, verdict))
+    Ok(made(figure.title, &ours, rows, verdict))
 }
 
-fn geo_out_of_plane(_: &Figure) -> Result<Made, HostError> {
+fn geo_out_of_plane(figure: &Figure) -> Result<Made, HostError> {
     let ours = predicted(include_str!("../../orbits/geo-out-of-plane.toml"), None)?;
     let verdict = format!(
         "{NOT_IN_THE_SCAN} As it says, the Sun never comes into a star path across the plane; the way through the Earth path is as \
          long as in fig. 8.5, because our mount turns the star path and leaves the Earth path's long side along the orbit."
     );
-    Ok(made(&ours, alone(&ours), verdict))
+    Ok(made(figure.title, &ours, alone(&ours), verdict))
 }
 
-fn sso_in_plane(_: &Figure) -> Result<Made, HostError> {
+fn sso_in_plane(figure: &Figure) -> Result<Made, HostError> {
     let ours = predicted(include_str!("../../orbits/sso-in-plane.toml"), None)?;
     let verdict = format!(
         "{NOT_IN_THE_SCAN} Eclipse (2) is where no lit limb is in the oblique field, about half the orbit of a noon-midnight plane; \
          the Sun stands in the Earth path once a revolution, at dawn, as the thesis has it."
     );
-    Ok(made(&ours, alone(&ours), verdict))
+    Ok(made(figure.title, &ours, alone(&ours), verdict))
 }
 
-fn sso_out_of_plane(_: &Figure) -> Result<Made, HostError> {
+fn sso_out_of_plane(figure: &Figure) -> Result<Made, HostError> {
     let ours = predicted(include_str!("../../orbits/sso-out-of-plane.toml"), None)?;
     let verdict = format!(
         "{NOT_IN_THE_SCAN} The star path across the plane never meets the Sun, as the thesis has it."
     );
-    Ok(made(&ours, alone(&ours), verdict))
+    Ok(made(figure.title, &ours, alone(&ours), verdict))
 }
 
 fn gto_in_plane(figure: &Figure) -> Result<Made, HostError> {
@@ -175,13 +182,13 @@ fn gto_in_plane(figure: &Figure) -> Result<Made, HostError> {
     let verdict = "Near the perigee the satellite turns so fast that the Sun crosses the star path in minutes; ours sees it over the Earth \
         for 22 s less, its field and the tilt to the horizon being others. The thesis leaves its tilt and field of this figure unsaid."
         .to_owned();
-    Ok(made(&ours, rows, verdict))
+    Ok(made(figure.title, &ours, rows, verdict))
 }
 
-fn gto_out_of_plane(_: &Figure) -> Result<Made, HostError> {
+fn gto_out_of_plane(figure: &Figure) -> Result<Made, HostError> {
     let ours = predicted(include_str!("../../orbits/gto-out-of-plane.toml"), None)?;
     let verdict = format!(
         "{NOT_IN_THE_SCAN} The star path across the plane never meets the Sun, as the thesis has it."
     );
-    Ok(made(&ours, alone(&ours), verdict))
+    Ok(made(figure.title, &ours, alone(&ours), verdict))
 }

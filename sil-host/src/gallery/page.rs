@@ -1,6 +1,6 @@
 //! The page of the gallery, in Markdown.
 
-use super::{Figure, Made, Row, SEED};
+use super::{Figure, Made, Row, SEED, figures};
 use crate::words::program;
 use std::fmt::Write as _;
 
@@ -12,21 +12,39 @@ pub fn files<'a>(figure: &'a Figure, made: &'a Made) -> impl Iterator<Item = Str
     })
 }
 
-/// The page of these figures.
-pub fn markdown(all: &[(&Figure, Made)]) -> String {
+/// What a figure's section begins with.
+fn heading(figure: &Figure) -> String {
+    format!("\n## {}: ", figure.name)
+}
+
+/// The section of a figure on a page written before.
+fn kept<'p>(page: &'p str, figure: &Figure) -> Option<&'p str> {
+    let begin = page.find(&heading(figure))?;
+    let next = page[begin + 1..].find("\n## ");
+    Some(&page[begin..next.map_or(page.len(), |next| begin + 1 + next)])
+}
+
+/// The page of these figures, and of the others that are on a page written `before`; in the order of the
+/// thesis.
+pub fn markdown(all: &[(&Figure, Made)], before: &str) -> String {
     let mut page = format!(
         "# Gallery of the thesis\n\nEach figure or table by the flight code and the world of this project, beside the thesis's numbers; \
          made by `{} gallery`. The thesis's text is a scan without the pictures: where a curve or a digit of it \
          cannot be read, none stands here. Everything random comes from seed {SEED}.\n",
         program()
     );
-    all.iter().for_each(|(figure, made)| section(&mut page, figure, made));
+    for figure in figures() {
+        match all.iter().find(|(made, _)| made.name == figure.name) {
+            Some((figure, made)) => section(&mut page, figure, made),
+            None => page += kept(before, figure).unwrap_or_default(),
+        }
+    }
     page
 }
 
 /// The section of one.
 pub fn section(page: &mut String, figure: &Figure, made: &Made) {
-    let _ = write!(page, "\n## {}: {}\n\n", figure.name, figure.title);
+    let _ = write!(page, "{}{}\n\n", heading(figure), figure.title);
     for file in files(figure, made) {
         let _ = writeln!(page, "![{}]({file})", figure.title);
     }

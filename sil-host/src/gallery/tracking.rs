@@ -151,9 +151,9 @@ fn beside(_: &Figure) -> Result<Made, HostError> {
         y: Axis::new("share of the flights, %").between([0.0, 102.0]),
         series,
     };
-    let verdict = "The thesis draws the two side by side: tracking numbers and rates from image to image while identification takes several. So it is \
-        here, but at rest and when turning slowly identification is done in the second of the first image, so that no rate without it is told; \
-        from half a degree a second on the rate comes first, from streaks; the next image is exposed so shortly that stars are points, and \
+    let verdict = "The thesis draws the two side by side: tracking numbers and rates from image to image while identification takes several. Here they \
+        follow one another: at rest and when turning slowly identification is done in the second of the first image, so that no rate without it \
+        is told; a search that takes longer takes no image meanwhile; from half a degree a second on the rate comes first, from streaks; the next image is exposed so shortly that stars are points, and \
         gives the attitude. No number of the thesis";
     Ok(Made::new(&[chart], rows, verdict))
 }

@@ -5,7 +5,7 @@ use fsw_core::modes::Guard;
 use fsw_core::telemetry::Event;
 
 /// Why a mode was left.
-fn reason(guard: Guard) -> &'static str {
+pub(crate) fn reason(guard: Guard) -> &'static str {
     match guard {
         Guard::SelfTestPassed => "self-test passed",
         Guard::AttitudeKnown => "attitude and rate known",
@@ -39,6 +39,10 @@ pub fn words(event: &Event) -> String {
         Event::CalibrationDamaged => "calibration damaged".into(),
         Event::RateSensorShutOut => "rate sensor contradicted and shut out".into(),
         Event::MagnetometerShutOut => "magnetometer contradicted and shut out".into(),
+        Event::TimeForgotten => "time damaged and forgotten".into(),
+        Event::GroundForgotten => "usual ground damaged and forgotten".into(),
+        Event::ShuttersReleased => "command of the shutters damaged: both opened".into(),
+        Event::Overran => "the second before took too long".into(),
     }
 }
 

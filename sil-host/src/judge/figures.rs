@@ -98,8 +98,8 @@ pub struct OrbitFigures {
     pub last_orbit_rac_km: Option<[f64; 3]>,
     /// 3-D position error, rms of the last orbit.
     pub last_orbit_position_km: Option<f64>,
-    /// Bound of the position by the horizon ([`crate::bound::position`]), radial, along, cross, rms of the last
-    /// orbit.
+    /// Bound of the position by the horizon ([`crate::bound::position`]), radial, along, cross, rms of the
+    /// last orbit.
     pub last_orbit_bound_rac_km: Option<[f64; 3]>,
     /// The same in 3-D.
     pub last_orbit_bound_km: Option<f64>,
@@ -144,6 +144,10 @@ pub struct Figures {
     pub recovery_s: Option<u32>,
     /// Share of seconds whose mode is as the geometry says.
     pub mode_share: Option<f64>,
+    /// Share of the seconds in which the sensor tells its state.
+    pub state_told_share: Option<f64>,
+    /// Share of these in which it is as the geometry says.
+    pub state_share: Option<f64>,
     /// Longest time from a change of the geometry to the mode that it asks for.
     pub mode_latest_s: Option<u32>,
     /// Most changes of the mode within ten seconds.

@@ -40,6 +40,9 @@ pub struct Judge {
     last_bound: [Squares; 3],
     /// Degrees of freedom of all innovations, and the sum of their squares.
     nis: [f64; 2],
+    /// Seconds in which the sensor told its state, and of these those in which it was right.
+    state_told: Share,
+    state_right: Share,
 }
 
 impl Judge {
@@ -66,6 +69,8 @@ impl Judge {
             last_rac: Default::default(),
             last_bound: Default::default(),
             nis: [0.0; 2],
+            state_told: Share::default(),
+            state_right: Share::default(),
         }
     }
 
@@ -90,6 +95,10 @@ impl Judge {
         self.add_orbit(second);
         self.add_change(second);
         self.foreseen.add(second);
+        self.state_told.add(second.told_state.is_some());
+        if let Some(told) = second.told_state {
+            self.state_right.add(told as u8 == second.state as u8);
+        }
         self.modes.add(second)
     }
 
@@ -100,8 +109,8 @@ impl Judge {
         }
     }
 
-    /// Adds the bound of a second's position by the horizon, radial, along, cross, km; none where there is none
-    /// yet.
+    /// Adds the bound of a second's position by the horizon, radial, along, cross, km; none where there is
+    /// none yet.
     pub fn add_position_bound(&mut self, cycle: u32, bound_km: Option<Vector>) {
         let revolutions = |seconds: u32| (f64::from(seconds) / self.period_s).floor();
         if self.period_s > 0.0 && revolutions(cycle + 1) > revolutions(cycle) {
@@ -179,6 +188,8 @@ impl Judge {
         figures.within_3_sigma_share = figures.run("attitude").map(|of| of.all_within_3_share);
         figures.mode_share = self.modes.share();
         figures.mode_latest_s = self.modes.latest_s();
+        figures.state_told_share = self.state_told.value();
+        figures.state_share = self.state_right.value();
         figures.faint_limb_s = self.modes.faint_s();
         figures.fast_s = self.modes.fast_s();
         figures.disagreements = self.modes.disagreements();

@@ -132,6 +132,8 @@ pub struct Judged {
     pub mounting_rad: Option<Axes>,
     /// Whether attitude and orbit are known.
     pub locally_known: bool,
+    /// The sensor's state as it tells it.
+    pub told_state: Option<fsw_core::outages::SensorState>,
     /// The next change of state as it is foreseen.
     pub next_state: Option<NextState>,
     /// Stars recognised.
@@ -167,6 +169,7 @@ impl Judged {
             orbit: report.orbit.map(|orbit| orbit_error(&orbit, truth)),
             mounting_rad: None,
             locally_known: report.local.is_some(),
+            told_state: report.state,
             next_state: report.next_state,
             stars: report.stars.len() as u16,
             detections: report.detections,

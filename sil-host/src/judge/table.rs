@@ -120,13 +120,14 @@ macro_rules! of_quantity {
     };
 }
 
-static OF_RUN: [Figure; 28] = [
+static OF_RUN: [Figure; 29] = [
     share("attitude_valid_share", "attitude valid outside Sun states", |of| of.attitude_valid_share),
     share("within_3_sigma_share", "attitude error within 3 reported sigma", |of| of.within_3_sigma_share),
     share("position_within_3_sigma_share", "position error within 3 reported sigma", |of| {
         of.orbit.position_within_3_sigma_share
     }),
     share("mode_share", "mode as the geometry says", |of| of.mode_share),
+    share("state_share", "state of the sensor as the geometry says, where it is told", |of| of.state_share),
     share("rate_share", "rate known while no attitude is, outside Sun states", |of| of.rate.share),
     share("rate_within_3_sigma_share", "rate without an attitude within 3 reported sigma", |of| {
         of.rate.within_3_sigma_share

@@ -76,3 +76,36 @@ fn a_folder_belongs_to_one_run_and_begins_fresh() {
     assert_eq!(names(&folder), ["notes.txt"]);
     drop(Folder::claim(&folder, &[]).unwrap());
 }
+
+#[cfg(unix)]
+#[test]
+fn a_link_is_followed_and_stays_one() {
+    let folder = fresh("linked");
+    std::fs::create_dir(folder.join("there")).unwrap();
+    std::os::unix::fs::symlink("there/a", folder.join("link")).unwrap();
+    // First to a file that is not there yet, then over it.
+    for words in ["one", "two"] {
+        write_whole(&folder.join("link"), words.as_bytes()).unwrap();
+        assert!(std::fs::symlink_metadata(folder.join("link")).unwrap().is_symlink());
+        assert_eq!(std::fs::read(folder.join("there/a")).unwrap(), words.as_bytes());
+    }
+    assert_eq!(names(&folder), ["link", "there"]);
+    assert_eq!(names(&folder.join("there")), ["a"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_written_and_stays_one() {
+    use std::os::unix::fs::FileTypeExt;
+    let folder = fresh("pipe");
+    let pipe = folder.join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || std::fs::read(pipe).unwrap()
+    });
+    write_whole(&pipe, b"through").unwrap();
+    assert_eq!(reader.join().unwrap(), b"through");
+    assert!(std::fs::symlink_metadata(&pipe).unwrap().file_type().is_fifo());
+    assert_eq!(names(&folder), ["pipe"]);
+}

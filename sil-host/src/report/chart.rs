@@ -3,8 +3,8 @@
 //! In: axes with their units, curves, points and bands. Out: SVG. Colours are the page's, light and dark. A
 //! curve of ours is solid, one of others dashed with diamonds; every curve is named below the panel.
 
-use super::page::PALETTE;
 use super::scale::round_up;
+use super::standing_alone::standing_alone;
 use std::fmt::Write as _;
 
 /// Size of the panel, and margins left, above, right and below it.
@@ -21,29 +21,6 @@ const MARGIN: f64 = 0.05;
 /// Colours of curves, and dashes of others', in turn.
 const COLOURS: usize = 7;
 const DASHES: usize = 3;
-
-/// What classes of drawings look like without a page about them.
-const STYLE: &str = "text { font: 12px system-ui, sans-serif; fill: var(--ink); } .tick { fill: var(--soft); } \
-    .name { font-size: 14px; font-weight: 600; } .paper { fill: var(--card); } \
-    .ground { fill: none; stroke: var(--rule); } .grid { stroke: var(--grid); fill: none; } \
-    .curve { fill: none; stroke-width: 1.8; stroke-linejoin: round; } .others.t0 { stroke-dasharray: 7 4; } \
-    .others.t1 { stroke-dasharray: 2 3; } .others.t2 { stroke-dasharray: 12 3 2 3; } \
-    .flown { fill: var(--line); } .expected { fill: var(--pale); } .area { stroke: none; opacity: .16; } \
-    .c0 { stroke: var(--line); fill: var(--line); } .c1 { stroke: var(--good); fill: var(--good); } \
-    .c2 { stroke: var(--restart); fill: var(--restart); } .c3 { stroke: var(--bad); fill: var(--bad); } \
-    .c4 { stroke: var(--soft); fill: var(--soft); } .c5 { stroke: var(--way-dark); fill: var(--way-dark); } \
-    .c6 { stroke: var(--way-sun); fill: var(--way-sun); } \
-    .thesis { stroke: var(--level); fill: var(--level); } .curve, .curve.thesis { fill: none; }";
-
-/// A drawing for a page, made a file of its own.
-pub fn standing_alone(svg: &str) -> String {
-    // The page's rules beyond the colours are for its text.
-    let colours = PALETTE.split("* {").next().unwrap_or_default();
-    let head = "<svg xmlns=\"http://www.w3.org/2000/svg\" ";
-    let ground = "<rect class=\"paper\" width=\"100%\" height=\"100%\"/>";
-    let style = format!("><style>{colours}{STYLE}</style>{ground}");
-    svg.replacen("<svg ", head, 1).replacen('>', &style, 1)
-}
 
 /// An axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -352,8 +329,8 @@ impl Named<'_> {
     }
 }
 
-/// The label of one of these ticks: a power of ten where it is long, else with the digits that tell it from its
-/// neighbours.
+/// The label of one of these ticks: a power of ten where it is long, else with the digits that tell it from
+/// its neighbours.
 fn label(tick: f64, ticks: &[f64]) -> String {
     let apart = ticks.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(f64::MAX, f64::min);
     let text = if tick != 0.0 && !(1e-4..1e6).contains(&tick.abs()) {

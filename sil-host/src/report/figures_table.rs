@@ -138,6 +138,11 @@ pub fn lines(figures: &Figures) -> Vec<Line> {
             ),
         ),
         line(
+            "State told as the geometry says",
+            percent(figures.state_share),
+            format!("told in {} of the seconds", percent(figures.state_told_share)),
+        ),
+        line(
             "Rate while no attitude is known",
             percent(rate.share),
             format!(

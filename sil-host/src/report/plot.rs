@@ -4,7 +4,7 @@
 //! the sensor met: the Sun in a path, no lit limb, injected faults; what happened to the orbit is a line.
 
 use super::panel::Panel;
-use super::scale::label;
+use super::scale::tick_label;
 use super::trace::{Marks, Stretches, Trace};
 use crate::harness::faults::Fault;
 use std::fmt::Write as _;
@@ -19,6 +19,11 @@ const RIGHT: f64 = 24.0;
 /// Height of a panel, of its name above it, and of the axis of time.
 const HEIGHT: f64 = 112.0;
 const NAME: f64 = 24.0;
+/// Height of notes below the name, where they do not fit beside it.
+const NOTES: f64 = 15.0;
+/// Widths of a letter of a name and of a note.
+const NAME_LETTER: f64 = 7.4;
+const NOTE_LETTER: f64 = 6.0;
 const AXIS: f64 = 30.0;
 /// Shaded: the Sun in a path.
 pub const SUN: u8 = 0;
@@ -194,23 +199,33 @@ impl Frame<'_> {
 
     /// Panels over the axis of time.
     pub fn plot(&self, title: &str, panels: &[Panel<'_>]) -> String {
-        let bottom = panels.len() as f64 * (NAME + HEIGHT);
+        let head = if panels.iter().all(|panel| self.notes_fit(panel)) { NAME } else { NAME + NOTES };
+        let bottom = panels.len() as f64 * (head + HEIGHT);
         let mut svg = String::new();
         self.open(&mut svg, title, bottom);
         self.time_axis(&mut svg, bottom);
         for (number, panel) in panels.iter().enumerate() {
-            self.panel(&mut svg, panel, number as f64 * (NAME + HEIGHT));
+            self.panel(&mut svg, panel, head, number as f64 * (head + HEIGHT));
         }
         svg.push_str("</svg>");
         svg
     }
 
-    fn panel(&self, svg: &mut String, panel: &Panel<'_>, top: f64) {
+    /// Whether a panel's notes fit beside its name.
+    fn notes_fit(&self, panel: &Panel<'_>) -> bool {
+        let (left, right) = self.edges();
+        let letters = |text: &str| text.chars().count() as f64;
+        let name = NAME_LETTER * (letters(panel.name) + 1.0 + letters(panel.unit));
+        name + NOTE_LETTER * letters(&panel.notes()) < right - left
+    }
+
+    /// A panel below `top`, with its name and its notes in a head of this height.
+    fn panel(&self, svg: &mut String, panel: &Panel<'_>, head: f64, top: f64) {
         let (left, right) = self.edges();
         let (width, whole) = (right - left, self.width);
         let _ = write!(
             svg,
-            "<rect class=\"between\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{NAME}\"/>\
+            "<rect class=\"between\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{head}\"/>\
              <text class=\"name\" x=\"{left}\" y=\"{:.1}\">{} <tspan class=\"unit\">{}</tspan></text>\
              <text class=\"note\" x=\"{right}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\
              <svg x=\"0\" y=\"{}\" width=\"{whole}\" height=\"{HEIGHT}\" viewBox=\"0 0 {whole} {HEIGHT}\">\
@@ -218,15 +233,16 @@ impl Frame<'_> {
             top + NAME - 7.0,
             panel.name,
             panel.unit,
-            top + NAME - 7.0,
+            top + head - 7.0,
             panel.notes(),
-            top + NAME
+            top + head
         );
         self.shade(svg, HEIGHT);
         let y = |value: f64| HEIGHT * (1.0 - panel.scale.height(value));
-        for tick in panel.scale.ticks() {
-            let (at, text) = (y(tick), label(tick));
-            let class = if tick == 0.0 { "zero" } else { "grid" };
+        let ticks = panel.scale.ticks();
+        for tick in &ticks {
+            let (at, text) = (y(*tick), tick_label(*tick, &ticks));
+            let class = if *tick == 0.0 { "zero" } else { "grid" };
             let place = (at + 4.0).clamp(10.0, HEIGHT - 2.0);
             let _ = write!(
                 svg,
@@ -259,14 +275,18 @@ impl Frame<'_> {
     }
 
     fn line(&self, svg: &mut String, panel: &Panel<'_>, y: impl Fn(f64) -> f64) {
-        let (mut path, mut beyond) = (String::new(), String::new());
+        let (mut path, mut dots, mut beyond) = (String::new(), String::new(), String::new());
         for piece in pieces(panel.line) {
             for (number, (index, low, high)) in piece.iter().enumerate() {
                 let (x, letter) = (self.middle(*index), if number == 0 { 'M' } else { 'L' });
-                let _ = write!(path, "{letter}{x:.1} {:.1}", y(*low));
-                // A lone second must be seen too.
-                if high > low || piece.len() == 1 {
-                    let _ = write!(path, "L{:.1} {:.1}", x + 0.1, y(*high));
+                if piece.len() == 1 {
+                    // A line as long as a lone value would not be seen.
+                    let _ = write!(dots, "M{x:.1} {:.1}L{:.1} {:.1}", y(*low), x + 0.1, y(*high));
+                } else {
+                    let _ = write!(path, "{letter}{x:.1} {:.1}", y(*low));
+                    if high > low {
+                        let _ = write!(path, "L{:.1} {:.1}", x + 0.1, y(*high));
+                    }
                 }
                 if y(*high) < 0.0 {
                     let _ = write!(beyond, "M{x:.1} 0v6");
@@ -277,6 +297,9 @@ impl Frame<'_> {
             }
         }
         let _ = write!(svg, "<path class=\"line\" d=\"{path}\"/>");
+        if !dots.is_empty() {
+            let _ = write!(svg, "<path class=\"dots\" d=\"{dots}\"/>");
+        }
         if !beyond.is_empty() {
             let _ = write!(svg, "<path class=\"beyond\" d=\"{beyond}\"/>");
         }
@@ -341,6 +364,24 @@ mod tests {
         assert!(svg.contains("second 70: orbit restarted"));
         let svg = frame.plot("", &[Panel::banded("radial", "km", &wide)]);
         assert!(!svg.contains("class=\"band\"") && svg.contains("\u{b1}3\u{3c3} off the scale: 3"), "{svg}");
+    }
+
+    #[test]
+    fn a_lone_value_is_a_dot_and_long_notes_stand_below_the_name() {
+        let stretches = Stretches::of(4000);
+        let geometry = Marks::new(stretches);
+        let wide = Frame { stretches, geometry: &geometry, faults: &[], restarts: &[], width: WIDE };
+        let mut of = Banded::new(stretches);
+        [100, 2000].into_iter().for_each(|cycle| of.add(stretches.index(cycle), 1.0, 1.0));
+        let svg = wide.plot("", &[Panel::banded("radial", "km", &of)]);
+        assert!(svg.contains("class=\"dots\" d=\"M"), "{svg}");
+        let beyond = banded(100.0, 0.0);
+        let panel = [Panel::banded("about z (line of sight)", "arcsec", &beyond)];
+        let half = Frame { width: HALF, ..wide };
+        for (frame, height) in [(wide, NAME), (half, NAME + NOTES)] {
+            let svg = frame.plot("", &panel);
+            assert!(svg.contains(&format!("height=\"{height}\"/>")), "{svg}");
+        }
     }
 
     #[test]

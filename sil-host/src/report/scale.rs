@@ -101,12 +101,30 @@ impl Scale {
     }
 }
 
-/// A tick's label without needless digits.
+/// A number without needless digits.
 pub fn label(value: f64) -> String {
-    let digits = match value.abs() {
+    with_digits(value, digits(value))
+}
+
+/// The label of one of these ticks, with digits enough to tell it from its neighbours.
+pub fn tick_label(tick: f64, ticks: &[f64]) -> String {
+    let mut sorted = ticks.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let apart = sorted.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let needed =
+        if apart > 0.0 && apart.is_finite() { -libm::floor(libm::log10(apart * 1.000_001)) } else { 0.0 };
+    with_digits(tick, digits(tick).max(needed.clamp(0.0, 6.0) as usize))
+}
+
+/// Digits behind the point of a number of three digits.
+fn digits(value: f64) -> usize {
+    match value.abs() {
         0.0 => 0,
         size => (2 - libm::floor(libm::log10(size)) as i32).clamp(0, 6) as usize,
-    };
+    }
+}
+
+fn with_digits(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     text.replace('-', "\u{2212}")
@@ -155,5 +173,9 @@ mod tests {
     fn labels_are_short() {
         let labels: Vec<String> = [0.0, 0.05, -2.0, 1500.0, 12.5].into_iter().map(label).collect();
         assert_eq!(labels, ["0", "0.05", "\u{2212}2", "1500", "12.5"]);
+        let ticks = Scale::between(35_777.2, 35_778.4, 2.0).ticks();
+        let labels: Vec<String> = ticks.iter().map(|tick| tick_label(*tick, &ticks)).collect();
+        assert!(labels.windows(2).all(|pair| pair[0] != pair[1]), "{labels:?}");
+        assert!(labels.contains(&"35777.5".to_owned()) && labels.contains(&"35778".to_owned()), "{labels:?}");
     }
 }

@@ -2,7 +2,8 @@
 //! the camera; without the table there is none.
 //!
 //! The flight code uses a gyro that loses less in a second than a third of a star window's half side, 0.03
-//! deg with the reference camera; that of the defaults is only reported.
+//! deg with the reference camera; that of the defaults is only reported, which `run` and `campaign run` say
+//! on stderr.
 //!
 //! | key | says (standard deviations where nothing else is said) | default |
 //! |---|---|---|

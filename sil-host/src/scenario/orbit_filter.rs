@@ -7,10 +7,12 @@
 //! | `misalignment_sigma_deg` | the star path's mounting to the Earth path is known so well about every axis, and learned | it is not learned |
 //! | `start.position_sigma_km`, `start.velocity_sigma_m_s` | a state from the ground, known so well along every axis | none: the filter begins with the images |
 //! | `start.position_error_km`, `start.velocity_error_m_s` | by so much that state is wrong: radial, along, cross | `[0, 0, 0]` |
+//! | `start.drawn` | these errors are drawn instead, by the sigmas, from the flight's seed | false |
 
 use super::text::Text;
 use crate::error::HostError;
 use crate::world::attitude::Vector;
+use crate::world::noise::{Noise, Stream};
 use fsw_core::orbit::parameters::Observation;
 use serde::Deserialize;
 use toml::Spanned;
@@ -36,6 +38,7 @@ struct RawStart {
     velocity_sigma_m_s: Spanned<f64>,
     position_error_km: Option<Spanned<Vector>>,
     velocity_error_m_s: Option<Spanned<Vector>>,
+    drawn: Option<Spanned<bool>>,
 }
 
 /// A state from the ground.
@@ -49,6 +52,20 @@ pub struct GroundStart {
     pub position_error_km: Vector,
     /// The same of the velocity, m/s.
     pub velocity_error_m_s: Vector,
+    /// Whether the flight's seed draws these errors instead.
+    pub drawn: bool,
+}
+
+impl GroundStart {
+    /// Errors of position, km, and velocity, m/s, in the flight of a seed.
+    pub fn errors(&self, seed: u64) -> [Vector; 2] {
+        if !self.drawn {
+            return [self.position_error_km, self.velocity_error_m_s];
+        }
+        let noise = Noise::new(seed, 0, Stream::GroundStart);
+        let sigmas = [self.position_sigma_km, self.velocity_sigma_m_s];
+        [0, 1].map(|of| [0, 1, 2].map(|axis| sigmas[of as usize] * noise.gaussian(axis, of)))
+    }
 }
 
 /// What the orbit filter is told.
@@ -72,11 +89,20 @@ pub(super) fn read(text: &Text<'_>, raw: &RawOrbitFilter) -> Result<OrbitFilterM
         None => Ok([0.0; 3]),
     };
     let start = |raw: &RawStart| -> Result<GroundStart, HostError> {
+        let drawn = raw.drawn.as_ref().filter(|drawn| *drawn.get_ref());
+        if let Some(drawn) =
+            drawn.filter(|_| raw.position_error_km.is_some() || raw.velocity_error_m_s.is_some())
+        {
+            let to_do = "leave out drawn, or position_error_km and velocity_error_m_s";
+            let at = drawn.span().start;
+            return Err(text.fault(at, "orbit_filter.start.drawn", "the errors are given as well", to_do));
+        }
         Ok(GroundStart {
             position_sigma_km: number("position_sigma_km", &raw.position_sigma_km, SIGMA_KM)?,
             velocity_sigma_m_s: number("velocity_sigma_m_s", &raw.velocity_sigma_m_s, SIGMA_M_S)?,
             position_error_km: triple("position_error_km", &raw.position_error_km, ERROR_KM)?,
             velocity_error_m_s: triple("velocity_error_m_s", &raw.velocity_error_m_s, ERROR_M_S)?,
+            drawn: drawn.is_some(),
         })
     };
     let misalignment = |value: &Spanned<f64>| {

@@ -1,7 +1,8 @@
 //! The text of a scenario file: from places in it to messages with a line.
 
 use crate::error::HostError;
-use crate::words::io_words;
+use crate::formats::toml_keys::{key_at, line_at};
+use crate::words::{io_words, kinds};
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
@@ -15,8 +16,7 @@ pub(super) struct Text<'a> {
 impl Text<'_> {
     /// Line of the byte `at`, from 1.
     pub(super) fn line(&self, at: usize) -> usize {
-        let before = self.text.get(..at).unwrap_or(self.text);
-        before.matches('\n').count() + 1
+        line_at(self.text, at)
     }
 
     /// A fault of the value of `key`, at byte `at`.
@@ -35,7 +35,10 @@ impl Text<'_> {
             "correct the line"
         };
         let line = error.span().map(|span| self.line(span.start));
-        HostError::input(self.path, line, message, to_do)
+        let words = kinds(message);
+        let key = line.filter(|_| words != message).and_then(|line| key_at(self.text, line));
+        let what = key.map_or(words.clone(), |key| format!("{key}: {words}"));
+        HostError::input(self.path, line, what, to_do)
     }
 
     /// Path and text of the file that `key` names, from the folder of this text.

@@ -66,6 +66,8 @@ pub enum Stream {
     RateSensor = 41,
     /// Errors of the magnetometer.
     Magnetometer = 42,
+    /// Errors of the orbit that the ground tells at the start.
+    GroundStart = 43,
     /// Keys of a scenario that a campaign draws.
     Variation = 50,
 }

@@ -14,6 +14,7 @@
 //! | 0x28 to 0x34 | housekeeping: field along x, y, z and temperature, as f32 |
 //! | 0x38 | uplink: bytes left of the packet that came, 0: none |
 //! | 0x3C | uplink: its next byte |
+//! | 0x40 | watchdog: a write serves it; 2 s after the last one the board is reset |
 //!
 //! Frame memory and 1 MiB of MRAM are mapped behind them.
 
@@ -24,7 +25,7 @@ use embedded_hal::i2c::{self, I2c, NoAcknowledgeSource};
 use embedded_hal::spi::{self, SpiDevice};
 use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use fsw_drivers::{MappedFlash, PixelPort};
-use fsw_hal::{Clock, ClockError, ErrorType, LocalTime};
+use fsw_hal::{Clock, ClockError, ErrorType, LocalTime, Stage, StageMeter};
 
 /// Clock of the processor, Hz.
 pub const CORE_HZ: u32 = 168_000_000;
@@ -88,6 +89,42 @@ pub fn memory() -> &'static [u8] {
 /// Shows the magnetometer's temperature, deg C; not a number where it gave none.
 pub fn housekeeping(temperature_c: Option<f32>) {
     write(0x34, temperature_c.unwrap_or(f32::NAN).to_bits());
+}
+
+/// The watchdog, served as each stage of a second begins, and how long the second before took.
+#[derive(Default)]
+pub struct Watch {
+    /// When the second that runs or ran last began, us of the counter.
+    begun_us: i64,
+    overran: bool,
+}
+
+impl Watch {
+    /// Longest second, us: the next one begins after 1 s.
+    const LONGEST_US: i64 = 950_000;
+
+    /// A second begins.
+    pub fn second_begins(&mut self) {
+        write(0x40, 1);
+        self.begun_us = two_words(0x14);
+    }
+
+    /// It has ended.
+    pub fn second_ends(&mut self) {
+        self.overran = two_words(0x14) - self.begun_us > Self::LONGEST_US;
+    }
+}
+
+impl StageMeter for Watch {
+    fn begin(&mut self, _: Stage) {
+        write(0x40, 1);
+    }
+
+    fn end(&mut self, _: Stage) {}
+
+    fn overran(&mut self) -> bool {
+        self.overran
+    }
 }
 
 /// Nothing can be flown: the watchdog, which nobody serves now, restarts the board.

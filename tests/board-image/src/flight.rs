@@ -6,7 +6,7 @@
 //! the second after the first one that knew Terrestrial Time; the attitude is found in the sky within
 //! seconds anyway.
 
-use crate::board::{self, Bridge, FRAME_MEMORY_PX, Pin, Pixels, Spi};
+use crate::board::{self, Bridge, FRAME_MEMORY_PX, Pin, Pixels, Spi, Watch};
 use crate::instrument::{CATALOGUE, ROWS, parameters};
 use fsw_core::catalog::Catalogue;
 use fsw_core::command::{CommandLink, GroundOrbit, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES};
@@ -60,6 +60,7 @@ pub struct Flight {
     gyro: Gyro,
     magnetometer: Magnetometer,
     clock: Bridge,
+    watch: Watch,
     bad_pixels: Defects<'static>,
     link: &'static mut Link,
     store: FlashStore<Bridge>,
@@ -134,6 +135,7 @@ impl Flight {
             gyro: Lsm6dsv16xGyro::new(gyro, bridge, Mounting::ALIGNED),
             magnetometer: Lis2mdlMagnetometer::new(magnetometer, bridge, Mounting::ALIGNED),
             clock: bridge,
+            watch: Watch::default(),
             bad_pixels,
             link: LINK.try_init(CommandLink::with_areas(APID, None, 0, areas))?,
             store: FlashStore::new(bridge, 0, SLOT_BYTES)?,
@@ -145,8 +147,8 @@ impl Flight {
         })
     }
 
-    /// The orbit of before the restart, once, as soon as the sensor knows Terrestrial Time; the sensor takes how
-    /// the paths were mounted.
+    /// The orbit of before the restart, once, as soon as the sensor knows Terrestrial Time; the sensor takes
+    /// how the paths were mounted.
     #[inline(never)]
     fn orbit_of_before(&mut self) -> Option<GroundOrbit> {
         let now_us = self.instant_us.filter(|_| self.restarted)?;
@@ -182,13 +184,14 @@ impl Flight {
     /// One second; its frame goes into `buffer`, whose used bytes are given.
     #[inline(never)]
     pub fn second(&mut self, buffer: &mut [u8]) -> usize {
+        self.watch.second_begins();
         self.receive();
         let orbit = self.orbit_of_before();
         let Ok(mut detector) = BadPixelDetector::new(&mut self.detector, self.bad_pixels) else { return 0 };
         let mut instruments = Instruments {
             detector: &mut detector,
             clock: &mut self.clock,
-            meter: &mut (),
+            meter: &mut self.watch,
             rate_sensor: &mut self.gyro,
             magnetometer: &mut self.magnetometer,
             shutter: &mut (),
@@ -202,6 +205,7 @@ impl Flight {
                 report
             }
         };
+        self.link.log(report.cycle, &report.events);
         self.link.check_area(self.sensor.parameters());
         self.local = LocalTime::from_us(report.local_us);
         self.instant_us = report.instant_us;
@@ -213,6 +217,7 @@ impl Flight {
         {
             self.since_kept_s = 0;
         }
+        self.watch.second_ends();
         telemetry::encode(&report, buffer).map_or(0, <[u8]>::len)
     }
 }

@@ -1,7 +1,7 @@
 //! Adds up the blocks that run, cycle by cycle and stage by stage.
 //!
-//! In: blocks in the order they run, and the stage numbers the stage marks read. Out: a [`Cycle`] for every
-//! cycle that ended.
+//! In: blocks in the order they run, and the stage numbers the stage marks read. Out: what ran before the
+//! first cycle, and a [`Cycle`] for every cycle that ended.
 //!
 //! What runs in a pause is counted in `image_instructions` alone: the emulated detector's reading is not the
 //! processor's work.
@@ -45,6 +45,7 @@ struct Running {
 #[derive(Debug)]
 pub struct Counter {
     refill_cycles: u64,
+    start: Work,
     running: Option<Running>,
     paused: bool,
     previous: Option<Block>,
@@ -59,6 +60,7 @@ impl Counter {
     pub fn new(refill_cycles: u64) -> Self {
         Self {
             refill_cycles,
+            start: Work::default(),
             running: None,
             paused: false,
             previous: None,
@@ -87,10 +89,15 @@ impl Counter {
                         && previous.next == block.start
                         && in_one_line(previous.next - 1, block.start)
                 });
-                if let Some(running) = &mut self.running {
-                    running.cycle.work = running.cycle.work.plus(block.work);
-                    running.cycle.work.cycles += joint;
-                    running.cycle.work.waits -= u64::from(goes_on);
+                let sum = match &mut self.running {
+                    Some(running) => Some(&mut running.cycle.work),
+                    None if self.cycles.is_empty() => Some(&mut self.start),
+                    None => None,
+                };
+                if let Some(sum) = sum {
+                    *sum = sum.plus(block.work);
+                    sum.cycles += joint;
+                    sum.waits -= u64::from(goes_on);
                 }
             }
         }
@@ -119,6 +126,11 @@ impl Counter {
             total.calls += 1;
             total.work = total.work.plus(running.cycle.work.since(begun));
         }
+    }
+
+    /// What ran before the first cycle began.
+    pub fn start(&self) -> Work {
+        self.start
     }
 
     /// Cycles that ended, in order.
@@ -205,6 +217,8 @@ mod tests {
         counter.enter(&before);
         assert_eq!(counter.cycles().len(), 1);
         assert_eq!(counter.cycles()[0].work, Work { instructions: 10, cycles: 10 + 2 * 2, waits: 4 });
+        // A refill after reset; what runs after the cycle is no start.
+        assert_eq!(counter.start(), Work { instructions: 5, cycles: 5 + 2, waits: 1 });
         assert_eq!((counter.worst(), counter.unfinished(), counter.image_instructions()), (Some(0), 0, 28));
     }
 

@@ -1,13 +1,14 @@
 //! The meter's answer as one line of JSON.
 //!
 //! ```json
-//! {"model":{"core":"cortex-m4f","refill_cycles":2},"cycles":[{"instructions":9,"cycles":14,
-//! "waits":3,"stages":{"0":{"calls":1,"instructions":4,"cycles":6,"waits":1}}}],"worst":{"cycle":0,
-//! "instructions":9,"cycles":14,"waits":3},
+//! {"model":{"core":"cortex-m4f","refill_cycles":2},"start":{"instructions":60,"cycles":90,"waits":9},
+//! "cycles":[{"instructions":9,"cycles":14,"waits":3,"stages":{"0":{"calls":1,"instructions":4,"cycles":6,
+//! "waits":1}}}],"worst":{"cycle":0,"instructions":9,"cycles":14,"waits":3},
 //! "image_instructions":80,"unfinished_cycles":0,"unknown_blocks":0}
 //! ```
 //!
-//! `worst` is null when no cycle ended. A report is trustworthy only if the last two are 0.
+//! `start` is what ran from reset to the first cycle. `worst` is null when no cycle ended. A report is
+//! trustworthy only if the last two are 0.
 
 use crate::{
     block::Work,
@@ -21,8 +22,9 @@ pub fn json(counter: &Counter) -> String {
         format!(r#"{{"cycle":{index},{}}}"#, work(counter.cycles()[index].work))
     });
     format!(
-        r#"{{"model":{{"core":"cortex-m4f","refill_cycles":{}}},"cycles":[{cycles}],"worst":{worst},"image_instructions":{},"unfinished_cycles":{},"unknown_blocks":{}}}"#,
+        r#"{{"model":{{"core":"cortex-m4f","refill_cycles":{}}},"start":{{{}}},"cycles":[{cycles}],"worst":{worst},"image_instructions":{},"unfinished_cycles":{},"unknown_blocks":{}}}"#,
         counter.refill_cycles(),
+        work(counter.start()),
         counter.image_instructions(),
         counter.unfinished(),
         counter.unknown_blocks()
@@ -52,8 +54,8 @@ mod tests {
     #[test]
     fn a_run_without_cycles_has_no_worst() {
         let expected = concat!(
-            r#"{"model":{"core":"cortex-m4f","refill_cycles":2},"cycles":[],"worst":null,"#,
-            r#""image_instructions":0,"unfinished_cycles":0,"unknown_blocks":0}"#,
+            r#"{"model":{"core":"cortex-m4f","refill_cycles":2},"start":{"instructions":0,"cycles":0,"waits":0},"#,
+            r#""cycles":[],"worst":null,"image_instructions":0,"unfinished_cycles":0,"unknown_blocks":0}"#,
             "\n"
         );
         assert_eq!(json(&Counter::new(2)), expected);

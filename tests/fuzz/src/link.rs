@@ -22,7 +22,8 @@ use sil_host::harness::areas::RamAreas;
 pub const APID: u16 = 0x2A5;
 /// Its key, where the first byte is odd.
 pub const KEY: Key = Key::new([0x2b; 16]);
-/// Terrestrial Time when the counter begins, us since J2000.0; the clock gives it where the second bit is set.
+/// Terrestrial Time when the counter begins, us since J2000.0; the clock gives it where the second bit is
+/// set.
 pub const BEGIN_US: i64 = 800_000_000_000_000;
 
 fn fly(sensor: &mut Sensor, second: usize, synchronised: bool, command: Command) -> Report {
@@ -60,6 +61,7 @@ pub fn try_bytes(bytes: &[u8]) -> usize {
         assert_eq!(Report { command: None, ..report.clone() }, Report { command: None, ..same });
         assert_eq!(sensor.parameters(), other.parameters());
         link.conclude(report.command);
+        link.log(report.cycle, &report.events);
         link.check_area(sensor.parameters());
         let (mut buffer, mut reports) = ([0; MAX_REPORT_BYTES], Vec::new());
         let now = LocalTime::from_us(second as i64);

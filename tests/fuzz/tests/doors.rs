@@ -9,10 +9,11 @@ use fsw_core::modes::Mode;
 use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
-use fsw_hal::{Area, LocalTime};
+use fsw_hal::{Area, LocalTime, OpenPaths};
 use fuzz::link;
 use fuzz::seconds::{self, HEAD};
 use sil_host::commands::defects;
+use sil_host::flight;
 use sil_host::world::noise::{Noise, Stream};
 use spacepackets::crc::CRC_CCITT_FALSE;
 use std::path::Path;
@@ -146,6 +147,12 @@ fn bad_pixels() -> Vec<u8> {
     defects::table([seconds::SIDE_PX; 2], &[[3, 4], [9, 4]], &[(7, -2)])
 }
 
+/// Beginnings of a catalogue and of a calibration: their checks refuse them.
+fn beginnings() -> [(Area, &'static [u8]); 2] {
+    [(Area::Catalogue, catalog_gen::REFERENCE), (Area::Calibration, flight::REFERENCE_CALIBRATION)]
+        .map(|(area, file)| (area, &file[..2 * MAX_PART_BYTES]))
+}
+
 /// A flight of all commands, each in a packet of its own, led by its length.
 fn telecommands(flags: u8) -> Vec<u8> {
     let parameters = Parameters::for_camera(seconds::CAMERA);
@@ -161,6 +168,12 @@ fn telecommands(flags: u8) -> Vec<u8> {
     let file = bad_pixels();
     let loaded = ground::upload(None, table, MAX_PART_BYTES);
     let filed = ground::upload(Some(Area::BadPixels), &file, MAX_PART_BYTES);
+    // While a file is checked the next part would be refused: a command between them lets a second go by.
+    let begun =
+        beginnings().into_iter().zip([Some(OpenPaths::Star), None]).flat_map(|((area, file), paths)| {
+            let upload = ground::upload(Some(area), file, MAX_PART_BYTES);
+            [Telecommand::Shutter(paths)].into_iter().chain(upload)
+        });
     let rest = [
         Telecommand::Time(time),
         Telecommand::Orbit(orbit),
@@ -171,15 +184,18 @@ fn telecommands(flags: u8) -> Vec<u8> {
         Telecommand::Dump,
         Telecommand::Restart,
     ];
-    (1..).zip(loaded.chain(filed).chain(rest)).fold(vec![flags], |mut bytes, (count, telecommand)| {
-        let authentication = (flags & 1 == 1).then_some((link::KEY, count));
-        let envelope = Envelope { apid: link::APID, sequence: count as u16, authentication };
-        let mut buffer = [0; MAX_TELECOMMAND_BYTES];
-        let packet = ground::encode(&telecommand, &envelope, &mut buffer).unwrap();
-        bytes.push(packet.len() as u8);
-        bytes.extend_from_slice(packet);
-        bytes
-    })
+    (1..).zip(loaded.chain(filed).chain(begun).chain(rest)).fold(
+        vec![flags],
+        |mut bytes, (count, telecommand)| {
+            let authentication = (flags & 1 == 1).then_some((link::KEY, count));
+            let envelope = Envelope { apid: link::APID, sequence: count as u16, authentication };
+            let mut buffer = [0; MAX_TELECOMMAND_BYTES];
+            let packet = ground::encode(&telecommand, &envelope, &mut buffer).unwrap();
+            bytes.push(packet.len() as u8);
+            bytes.extend_from_slice(packet);
+            bytes
+        },
+    )
 }
 
 /// Writes the checksum of every packet again, so that more of them get past it.
@@ -211,7 +227,8 @@ fn the_command_link() {
     let seeds = command_flights();
     let table = Parameters::for_camera(seconds::CAMERA).encode(&mut [0; MAX_TABLE_BYTES]).unwrap().len();
     let parts = [table, bad_pixels().len()].map(|bytes| bytes.div_ceil(MAX_PART_BYTES));
-    let all = parts.iter().sum::<usize>() + 10;
+    // Two parts and a load of each beginning, the other loads, and ten commands of one packet.
+    let all = parts.iter().sum::<usize>() + 6 + 2 + 10;
     assert!(seeds.iter().all(|seed| link::try_bytes(seed) == all));
     knock(|bytes| _ = link::try_bytes(bytes), &seeds, 1000);
 }

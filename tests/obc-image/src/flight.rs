@@ -1,7 +1,7 @@
 //! The flight: one cycle a frame, each between the marks of the meter, its telemetry to the file.
 //!
-//! In: the detector, the parameter table, the number of seconds, the telemetry file and the command link. Out:
-//! how many seconds were flown and failed. Catalogue and calibration are part of the image.
+//! In: the detector, the parameter table, the number of seconds, the telemetry file and the command link.
+//! Out: how many seconds were flown and failed. Catalogue and calibration are part of the image.
 
 use crate::commands::Commands;
 use crate::host::File;
@@ -124,10 +124,8 @@ pub fn fly(
             report.stars.len()
         );
         let sent = telemetry::encode_next(&report, frame).is_ok_and(|bytes| output.write(bytes).is_ok());
-        let reported = commands.as_mut().is_none_or(|commands| {
-            let now = LocalTime::from_us(report.local_us);
-            commands.conclude(report.command, now, sensor.parameters())
-        });
+        let reported =
+            commands.as_mut().is_none_or(|commands| commands.conclude(&report, sensor.parameters()));
         flight.failed += u32::from(!sent || !reported);
     }
     Ok(flight)

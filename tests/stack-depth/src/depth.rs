@@ -4,6 +4,9 @@ use crate::image::{Function, Functions};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
+/// How LLVM names a sequence of code that it has moved out of several functions.
+const MOVED_OUT: &str = "OUTLINED_FUNCTION_";
+
 /// A function on the deepest path.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Step {
@@ -22,7 +25,8 @@ pub struct Depth {
     pub path: Vec<Step>,
     /// Functions that can be reached.
     pub functions: usize,
-    /// Those with calls whose target the code does not name.
+    /// Those with calls whose target the code does not name; such a call in a sequence of code that the
+    /// compiler has moved out of several functions is theirs.
     pub unknown_calls: Vec<String>,
     /// Those with frames of a length that is computed.
     pub unknown_frames: Vec<String>,
@@ -56,6 +60,8 @@ pub fn deepest(functions: &Functions) -> Depth {
     let mut done: BTreeMap<u64, Below> = BTreeMap::new();
     // Functions whose calls are being followed: a call to one of them is recursion.
     let mut open: BTreeSet<u64> = BTreeSet::new();
+    // Sequences moved out of functions, with unknown calls.
+    let mut shared: BTreeSet<u64> = BTreeSet::new();
     // What is left to do: a function, and whether its callees are done.
     let mut work = vec![(functions.entry, false)];
     while let Some((address, callees_done)) = work.pop() {
@@ -64,6 +70,12 @@ pub fn deepest(functions: &Functions) -> Depth {
             open.remove(&address);
             done.insert(address, below(function, &done));
             note(&mut depth, function);
+            if function.unknown_calls > 0 || !function.calls.is_disjoint(&shared) {
+                match function.name.starts_with(MOVED_OUT) {
+                    true => drop(shared.insert(address)),
+                    false => depth.unknown_calls.push(function.name.clone()),
+                }
+            }
             continue;
         }
         if done.contains_key(&address) {
@@ -96,9 +108,6 @@ fn below(function: &Function, done: &BTreeMap<u64, Below>) -> Below {
 }
 
 fn note(depth: &mut Depth, function: &Function) {
-    if function.unknown_calls > 0 {
-        depth.unknown_calls.push(function.name.clone());
-    }
     if function.unknown_frames > 0 {
         depth.unknown_frames.push(function.name.clone());
     }
@@ -149,5 +158,18 @@ mod tests {
         functions.of.get_mut(&1).unwrap().unknown_calls = 1;
         let depth = deepest(&functions);
         assert!(!depth.is_sound() && depth.unknown_calls == ["f1"]);
+    }
+
+    #[test]
+    fn an_unknown_call_in_a_sequence_moved_out_is_that_of_its_callers() {
+        let mut functions =
+            image(&[(1, 4, &[2, 3, 5]), (2, 4, &[4]), (3, 4, &[4]), (4, 0, &[6]), (5, 4, &[]), (6, 0, &[])]);
+        for address in [4, 6] {
+            functions.of.get_mut(&address).unwrap().name = format!("{MOVED_OUT}{address}");
+        }
+        functions.of.get_mut(&6).unwrap().unknown_calls = 1;
+        let mut unknown = deepest(&functions).unknown_calls;
+        unknown.sort_unstable();
+        assert_eq!(unknown, ["f2", "f3"]);
     }
 }

@@ -160,3 +160,31 @@ fn the_table_is_the_same_every_time_and_the_optimal_methods_reach_the_bound() {
     let text = run(&["attitude", "--table"]);
     assert_eq!(String::from_utf8_lossy(&text.stdout).lines().count(), 3 + rows.len());
 }
+
+#[test]
+fn directions_that_contradict_each_other_are_refused_by_every_method() {
+    let mut mirrored = exact();
+    for b in mirrored["b"].as_array_mut().unwrap() {
+        b[0] = json!(-b[0].as_f64().unwrap());
+    }
+    let axes = json!([[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
+    let turned = json!([[-1, 0, 0], [0, -1, 0], [0, 0, -1]]);
+    let inverted = json!({ "id": 2, "b": axes, "r": turned, "sigma_rad": [1e-5, 1e-5, 1e-5] });
+    // A star twenty sigmas off; and exact ones whose sigma is below what single precision holds.
+    let (mut off, mut fine) = (exact(), exact());
+    off["sigma_rad"] = json!(vec![1e-4; 5]);
+    off["b"][1] = json!([0.152, 0.05, (1.0f64 - 0.152 * 0.152 - 0.05 * 0.05).sqrt()]);
+    fine["sigma_rad"] = json!(vec![2e-9; 5]);
+    let lines = [mirrored, inverted, off, fine].map(|set| set.to_string());
+    let file = write("attitude-contradictory", &lines);
+    let output = run(&["attitude", &file, "--method", &METHODS.join(","), "--json"]);
+    assert!(output.status.success());
+    let answers = json_lines(&output);
+    let (refused, solved) = answers.split_at(3 * METHODS.len());
+    for answer in refused {
+        assert_eq!(answer["status"], "refused", "{answer}");
+        assert_eq!(answer["reason"], "directions contradict each other", "{answer}");
+        assert!(answer["q"].is_null() && answer["sigma_arcsec"].is_null());
+    }
+    assert!(solved.iter().all(|answer| answer["status"] == "solved"), "{solved:?}");
+}

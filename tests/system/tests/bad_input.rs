@@ -41,7 +41,7 @@ fn fields_that_no_catalogue_serves() {
     let Some(picture) = data("sky/cedar-solve/orion_belt.jpg") else { return };
     let picture = picture.to_str().unwrap();
     for fov_deg in ["0.5", "100"] {
-        refused(&["solve", picture, "--fov-deg", fov_deg], &["no catalogue serves a field"]);
+        refused(&["solve", picture, "--fov-deg", fov_deg], &["orion_belt.jpg: no catalogue serves a field"]);
     }
     for fov_deg in ["-3", "0", "NaN"] {
         refused(&["solve", picture, "--fov-deg", fov_deg], &[]);
@@ -285,4 +285,55 @@ fn usage_errors() {
         refused(&["campaign", campaign, "--runs", "0"], &["--runs"]);
     }
     refused(&["record", "a.png", "--out", "x"], &["--fov-deg"]);
+}
+
+#[test]
+fn names_that_are_misspelt_get_the_nearest_and_values_of_another_kind_their_key() {
+    let folder = scratch("misspelt");
+    refused(&["run", "geo-eclpise"], &["the nearest name is geo-eclipse"]);
+    refused(&["gallery", "fig-8.55"], &["the nearest name is fig-8.5"]);
+    refused(&["campain"], &["'campaign'"]);
+    let (_, text) = sil_host::scenario::EMBEDDED[0];
+    let kind =
+        write(&folder, "kind.toml", text.replace("duration_s = 21600", "duration_s = \"1\"").as_bytes());
+    refused(&["run", &kind], &["scenario.duration_s: string \"1\" in the place of a whole number"]);
+    let vary = write(&folder, "vary.toml", b"[scenario]\nexposure_ms = { gauss = [400.0, 1.0] }\n");
+    let words = ["vary.toml:2", "scenario.exposure_ms: gauss is no distribution", "normal = [mean, sigma]"];
+    refused(&["campaign", "run", "geo-eclipse", "--vary", &vary], &words);
+    let sets = write(&folder, "sets.jsonl", b"[1]\n");
+    let message = run(&["attitude", &sets]);
+    assert!(!String::from_utf8_lossy(&message.stderr).contains("struct"), "{message:?}");
+}
+
+#[test]
+fn files_beside_another_are_not_written_over_it_and_an_old_table_stays() {
+    let folder = scratch("beside");
+    for name in ["camera.svg", "camera.corr"] {
+        let out = folder.join(name);
+        let out = out.to_str().unwrap();
+        refused(&["calibrate", "a.png", "--fov-deg", "24", "--out", out], &[name, "would have its name"]);
+    }
+    let table = write(&folder, "old.csv", b"old");
+    refused(&["solve", "no-such.png", "--csv", &table], &["no-such.png"]);
+    assert_eq!(std::fs::read(&table).unwrap(), b"old");
+}
+
+#[test]
+fn a_gyro_that_the_flight_code_cannot_use_is_said_in_a_line_and_flown() {
+    let folder = scratch("unused-gyro");
+    let text = std::fs::read_to_string(workspace().join("sil-host/src/scenarios/tumbling.toml")).unwrap();
+    let duration = text.lines().find(|line| line.starts_with("duration_s")).expect("a duration");
+    let text = text.replace(duration, "duration_s = 10");
+    let out = folder.join("out");
+    for (name, gyro, warnings) in [
+        ("bare.toml", "[gyro]", 1),
+        ("quiet.toml", "[gyro]\nnoise_deg_s = 0.0025\nresolution_deg_s = 0.0", 0),
+    ] {
+        let file = write(&folder, name, text.replace("[gyro]", gyro).as_bytes());
+        let output = run(&["run", &file, "--json", "--out", out.to_str().unwrap()]);
+        assert!(matches!(output.status.code(), Some(0 | 1)));
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        let said = words.lines().filter(|line| line.contains(name) && line.contains("the gyro is not used"));
+        assert_eq!(said.count(), warnings, "{words}");
+    }
 }

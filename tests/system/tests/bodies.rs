@@ -3,7 +3,10 @@
 
 use crate::flights::{self, scenario};
 use fsw_core::orbit::body::CentralBody;
+use sil_host::bound::position::PositionBound;
+use sil_host::harness::truth_of;
 use sil_host::world::body;
+use sil_host::world::orbit::TruthOrbit;
 use sil_host::world::vector::{angle, length, minus, product, transposed};
 
 const DAY_US: i64 = 86_400_000_000;
@@ -65,6 +68,47 @@ fn an_orbit_about_the_moon_is_kept_by_its_airless_limb() {
 #[test]
 fn an_orbit_about_mars_is_kept_by_its_dusty_limb() {
     an_orbit_is_kept("mars-orbit");
+}
+
+/// Of 40 flights that only carry the ground's orbit on, by all forces of the world, those that miss the limit
+/// of the position over the flight's second half.
+fn missed_without_the_limb(name: &str) -> usize {
+    let scenario = scenario(name, 4800);
+    let scene = scenario.scene().unwrap();
+    let start = scenario.orbit_filter.start.expect("a state from the ground");
+    let mut bound =
+        PositionBound::new(&scenario.earth).knowing(start.position_sigma_km, start.velocity_sigma_m_s);
+    let (mut square_km2, mut places) = (0.0, Vec::new());
+    for second in (0..4800).step_by(30) {
+        let truth = truth_of(&scene, second).unwrap();
+        let sigmas_km = bound.add(&truth, scene.optics()).expect("the start is known");
+        if second >= 2400 {
+            square_km2 += sigmas_km.iter().map(|sigma| sigma * sigma).sum::<f64>();
+            places.push((f64::from(second), truth.position_km));
+        }
+    }
+    let limit = scenario.limits.iter().find(|limit| limit.of.key == "last_orbit_position_bounds");
+    let limit_km = limit.expect("a limit").value * (square_km2 / places.len() as f64).sqrt();
+    let misses = |seed: &u64| {
+        let told = scenario.clone().with_seed(Some(*seed)).ground_state().unwrap();
+        let (r, v) = (told.position_km.into(), told.velocity_km_s.into());
+        // One that reaches the ground is no orbit.
+        let Ok(carried) = TruthOrbit::with_forces(scenario.start_us, r, v, 4800, &scenario.forces) else {
+            return true;
+        };
+        let off_km2 = places.iter().map(|(t_s, truth)| length(minus(carried.at(*t_s).0, *truth)).powi(2));
+        (off_km2.sum::<f64>() / places.len() as f64).sqrt() > limit_km
+    };
+    let missed = (0..40).filter(misses).count();
+    println!("{name}: limit {limit_km:.1} km, missed by {missed} of 40 orbits of the ground");
+    missed
+}
+
+#[test]
+fn the_grounds_orbit_alone_does_not_keep_the_limit_of_the_position() {
+    for name in ["moon-orbit", "mars-orbit"] {
+        assert!(missed_without_the_limb(name) >= 32, "{name}");
+    }
 }
 
 /// Flight and world have written ephemerides and axes apart, but for Mars's mean elements.

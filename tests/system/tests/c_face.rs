@@ -15,7 +15,7 @@ const STATIC_RAM_BYTES: u64 = 64 << 10;
 const STACK_BYTES: u64 = 16 << 10;
 
 /// The library of the host, built with the program so that they share what they are made of.
-fn host_library() -> &'static Path {
+pub fn host_library() -> &'static Path {
     static LIBRARY: OnceLock<PathBuf> = OnceLock::new();
     LIBRARY.get_or_init(|| {
         cargo(&["build", "--release", "-p", "sil-host", "-p", "fsw-c"]);
@@ -24,13 +24,14 @@ fn host_library() -> &'static Path {
 }
 
 /// Runs the C program, on the host or in the emulator, on files of a folder; the telemetry goes to `c.bin`.
-fn run_c(platform: &str, folder: &Path) -> Output {
+/// `commands`: no names, or those of the files of packets and reports.
+fn run_c(platform: &str, folder: &Path, commands: &[&str]) -> Output {
     let mut run = Command::new(workspace().join("tests/c-image/run.sh"));
     if platform == "host" {
         run.env("LIBRARY", host_library());
     }
     run.arg(platform)
-        .args(["frames.bin", "parameters.bin", "c.bin"].map(|name| folder.join(name)))
+        .args(["frames.bin", "parameters.bin", "c.bin"].iter().chain(commands).map(|name| folder.join(name)))
         .env("CARGO_TARGET_DIR", target_dir())
         .output()
         .expect("a shell starts")
@@ -50,7 +51,7 @@ fn reports(mut stream: &[u8]) -> Vec<Report> {
 fn fly(flight: &Flight, platform: &str) -> Value {
     let folder = scratch(&format!("c-{platform}"));
     record_flight(flight, &folder).expect("the flight can be recorded");
-    let output = run_c(platform, &folder);
+    let output = run_c(platform, &folder, &[]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let figures = json_lines(&output).pop().expect("a line of figures");
     println!("{platform}: {figures}");
@@ -88,9 +89,7 @@ fn a_c_program_flies_the_recorded_mission_on_the_target_with_the_telemetry_of_th
     let figures = fly(&MISSION, "obc");
     let bytes = |name: &str| figures[name].as_u64().expect(name);
     assert!(bytes("attitudes") > 100 && bytes("orbits") > 10, "stars and Earth were seen");
-    assert!(bytes("flash_bytes") <= FLASH_BYTES);
-    assert!(bytes("static_ram_bytes") <= STATIC_RAM_BYTES);
-    assert!((1_000..=STACK_BYTES).contains(&bytes("stack_bytes")), "the paint was touched, not through");
+    check_memory(&figures);
 
     let depth = stack_depth();
     println!("stack by the machine code, callbacks apart: {}", depth["stack_bytes"]);
@@ -98,10 +97,38 @@ fn a_c_program_flies_the_recorded_mission_on_the_target_with_the_telemetry_of_th
     for unsound in ["recursion", "unknown_frames", "unknown_targets"] {
         assert_eq!(depth[unsound], json!([]), "{unsound}");
     }
-    // Calls whose target the machine code does not name are those of the instruments' callbacks.
+    // Calls whose target the machine code does not name are those of the callbacks: of the instruments, and
+    // of the memory of files that are sent up.
+    const CALLERS: [&str; 4] =
+        ["fsw_core6sensor", "fsw_hal", "fsw_core7command6upload", "sextant_cycle_commanded"];
     for caller in depth["unknown_calls"].as_array().unwrap() {
         let caller = caller.as_str().unwrap();
-        assert!(caller.contains("fsw_core6sensor") || caller.contains("fsw_hal"), "{caller}");
+        assert!(CALLERS.iter().any(|name| caller.contains(name)), "{caller}");
+    }
+}
+
+/// The memory that the C image takes on the target, the command link in it, against the limits.
+fn check_memory(figures: &Value) {
+    let bytes = |name: &str| figures[name].as_u64().expect(name);
+    assert!(bytes("flash_bytes") <= FLASH_BYTES);
+    assert!(bytes("static_ram_bytes") <= STATIC_RAM_BYTES);
+    assert!((1_000..=STACK_BYTES).contains(&bytes("stack_bytes")), "the paint was touched, not through");
+}
+
+/// Flies the files of a folder with its `commands.bin` by the C program, on the host and on the target:
+/// telemetry and reports, which are those of Rust.
+pub fn fly_commanded(folder: &Path, telemetry: &[u8], reports: &[u8]) {
+    for platform in ["host", "obc"] {
+        let output = run_c(platform, folder, &["commands.bin", "c-reports.bin"]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let figures = json_lines(&output).pop().expect("a line of figures");
+        println!("C with commands, {platform}: {figures}");
+        let [flown, told] = ["c.bin", "c-reports.bin"].map(|name| std::fs::read(folder.join(name)).unwrap());
+        assert!(flown == telemetry, "telemetry of C and Rust differs, {platform}");
+        assert!(told == reports, "reports of C and Rust differ, {platform}");
+        if platform == "obc" {
+            check_memory(&figures);
+        }
     }
 }
 
@@ -120,14 +147,14 @@ fn the_c_program_refuses_bad_files_with_a_line_and_status_2() {
     let folder = scratch("c-refused");
     std::fs::write(folder.join("parameters.bin"), [12; 40]).unwrap();
     std::fs::write(folder.join("frames.bin"), b"SXTFgarbage of no length").unwrap();
-    let output = run_c("host", &folder);
+    let output = run_c("host", &folder, &[]);
     let line = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{line}");
     assert!(line.starts_with("FRAMES: ") && line.trim_end().lines().count() == 1, "{line:?}");
 
     let header = [&b"SXTF"[..], &[5, 0, 0, 5, 0, 4, 10, 0, 1, 0, 0, 0]].concat();
     std::fs::write(folder.join("frames.bin"), header).unwrap();
-    let output = run_c("host", &folder);
+    let output = run_c("host", &folder, &[]);
     let line = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{line}");
     assert_eq!(line, "PARAMETERS: the parameter table is damaged, or is none\n");

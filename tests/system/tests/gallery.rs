@@ -43,6 +43,14 @@ fn a_figure_is_a_picture_a_table_and_a_reason() {
     assert!(section(&page, "fig-8.5").iter().any(|line| line.contains("| 4215 s |")));
     let svg = fs::read_to_string(folder.join("fig-3.26.svg")).expect("the picture");
     assert!(svg.contains(">ours, GEO") && svg.contains("thesis"));
+    let svg = fs::read_to_string(folder.join("fig-8.5.svg")).expect("the picture");
+    assert!(
+        svg.contains(">outages in GEO, star path in the plane of the orbit<") && svg.contains(">state 2 ")
+    );
+    assert!(svg.contains("fill=\"#1f5fa8\"") && !svg.contains("var(--"), "colours that every viewer reads");
+    // A figure made again leaves the others on the page.
+    assert!(run(&["gallery", "fig-A.7", "--out", out]).status.success());
+    assert_eq!(fs::read_to_string(folder.join("gallery.md")).expect("the page"), page);
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! The magnetometer beside the camera, flown from pixels in a low orbit that the ground has given: its zero, what it adds to
-//! an attitude without stars, and that it costs nothing where it is missing, silent or lies.
+//! The magnetometer beside the camera, flown from pixels in a low orbit that the ground has given: its zero,
+//! what it adds to an attitude without stars, and that it costs nothing where it is missing, silent or lies.
 
 use crate::flights::scenario;
 use fsw_core::sensor::Workspace;
@@ -22,13 +22,15 @@ const GROUND: GroundStart = GroundStart {
     velocity_sigma_m_s: 1.0,
     position_error_km: [0.4, -0.8, 0.4],
     velocity_error_m_s: [0.3, -0.3, 0.3],
+    drawn: false,
 };
 
 /// A second that was flown.
 struct Flown {
     cycle: u32,
     report: Report,
-    /// Largest error of the attitude that is told, over its sigma; its largest error and its largest sigma, deg.
+    /// Largest error of the attitude that is told, over its sigma; its largest error and its largest sigma,
+    /// deg.
     attitude: Option<[f64; 3]>,
 }
 

@@ -9,6 +9,7 @@ mod bodies;
 mod book;
 mod c_face;
 mod calibrate;
+mod cfs;
 mod clock_faults;
 mod detector_driver;
 mod detector_faults;

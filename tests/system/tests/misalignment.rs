@@ -16,6 +16,7 @@ const GROUND: GroundStart = GroundStart {
     velocity_sigma_m_s: 0.01,
     position_error_km: [0.05, -0.08, 0.1],
     velocity_error_m_s: [0.005, 0.005, -0.005],
+    drawn: false,
 };
 
 /// Flies so many seconds of a scenario whose mount is told wrong, and gives what is learned of it less what

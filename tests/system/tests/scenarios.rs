@@ -217,14 +217,12 @@ fn two_runs_at_a_time_do_not_share_a_folder() {
 fn a_standard_output_that_is_lost_is_status_2() {
     let folder = scratch("lost-output");
     let (file, out) = (scenario(&folder, 12, ""), folder.join("out"));
-    for json in [&[][..], &["--json"]] {
+    let folder_of = ["run", &file, "--out", out.to_str().unwrap()];
+    for arguments in [&folder_of[..], &[&folder_of[..], &["--json"]].concat(), &["parameters"], &["columns"]]
+    {
         let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-        let output = Command::new(sil_host())
-            .args(["run", &file, "--out", out.to_str().unwrap()])
-            .args(json)
-            .stdout(full)
-            .output()
-            .expect("the program starts");
+        let output =
+            Command::new(sil_host()).args(arguments).stdout(full).output().expect("the program starts");
         let message = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2));
         assert!(message.contains("standard output cannot be written"), "{message}");
@@ -306,4 +304,33 @@ fn memory_does_not_grow_with_the_run() {
 #[test]
 fn an_effect_a_figure_and_a_command_of_ones_own_are_a_few_lines() {
     cargo(&["run", "--release", "--locked", "-p", "extended", "--", "ghost"]);
+}
+
+#[test]
+fn a_campaign_of_a_scenario_keeps_its_files_in_a_folder_and_goes_on() {
+    let folder = scratch("campaign-folder");
+    let file = scenario(&folder, 12, "mode_share = 0.0");
+    let fly = |name: &str, more: &[&str]| {
+        let out = folder.join(name);
+        let arguments = ["campaign", &file, "--jobs", "2", "--seed", "5", "--out", out.to_str().unwrap()];
+        let output = run(&[&arguments[..], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        (out, String::from_utf8(output.stdout).unwrap())
+    };
+    let (out, said) = fly("whole", &["--runs", "3"]);
+    let flights = read(&out, "flights.jsonl");
+    assert_eq!(read(&out, "figures.txt"), said.as_bytes());
+    assert_eq!(String::from_utf8(read(&out, "flights.csv")).unwrap().lines().count(), 4);
+    assert_eq!(flights.iter().filter(|byte| **byte == b'\n').count(), 3);
+    // What it holds is not flown again.
+    assert_eq!(fly("whole", &["--runs", "3"]).1, said);
+    assert_eq!(read(&out, "flights.jsonl"), flights);
+    // Two machines, one behind the other.
+    let (one, _) = fly("one", &["--runs", "1"]);
+    let (other, _) = fly("other", &["--first", "1", "--runs", "2"]);
+    let merged = [read(&one, "flights.jsonl"), read(&other, "flights.jsonl")].concat();
+    std::fs::write(one.join("flights.jsonl"), &merged).unwrap();
+    let (merged_folder, merged_said) = fly("one", &["--runs", "3"]);
+    assert_eq!((merged_said, read(&merged_folder, "flights.jsonl")), (said, merged));
+    assert_eq!(read(&merged_folder, "flights.csv"), read(&out, "flights.csv"));
 }

@@ -138,3 +138,25 @@ fn no_picture_holds_star_trails_that_larm_could_follow() {
         assert!(reports.iter().all(|report| report["outcome"] != "TooFast"), "{image}: streaks");
     }
 }
+
+#[test]
+fn a_sky_turned_over_by_a_mirror_is_found_with_its_field_given() {
+    // The scenario's star path looks into a mirror.
+    let sky = scratch("mirrored-sky").join("sky.png");
+    let sky = sky.to_str().unwrap();
+    assert!(run(&["render", "geo-inertial", "--cycle", "10", "--out", sky]).status.success());
+    let [given, none] = [&["--fov-deg", "24.1"][..], &[]].map(|field| {
+        let output = run(&[&["solve", sky, "--json"], field].concat());
+        json_lines(&output).remove(0)
+    });
+    for answer in [&given, &none] {
+        assert_eq!(
+            (&answer["status"], &answer["mirrored"]),
+            (&"identified".into(), &true.into()),
+            "{answer}"
+        );
+    }
+    let place = |answer: &Value| ["ra_deg", "dec_deg"].map(|key| answer[key].as_f64().unwrap());
+    let [[ra, dec], [other_ra, other_dec]] = [place(&given), place(&none)];
+    assert!(separation_arcsec(direction(ra, dec), direction(other_ra, other_dec)) < 60.0);
+}

@@ -1,6 +1,7 @@
 //! The command link in flight: packets of every command on the host and on the emulated Cortex-M4F, with the
 //! same telemetry and the same reports.
 
+use crate::{c_face, cfs};
 use fsw_core::command::ground::{self, Envelope};
 use fsw_core::command::{
     Command, CommandLink, CommandOutcome, GroundOrbit, Key, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES, Refusal,
@@ -27,8 +28,8 @@ use std::process::Command as Process;
 use system_tests::{scratch, target_dir, workspace};
 
 /// Those of the flight image.
-const APID: u16 = 0x2A5;
-const KEY: Key = Key::new([
+pub const APID: u16 = 0x2A5;
+pub const KEY: Key = Key::new([
     0x2b, 0x7e, 0x15, 0x16, 0x28, 0xae, 0xd2, 0xa6, 0xab, 0xf7, 0x15, 0x88, 0x09, 0xcf, 0x4f, 0x3c,
 ]);
 const SECONDS: usize = 34;
@@ -58,12 +59,12 @@ const TWO_FIELDS: Flight = Flight {
 };
 
 /// The ground's packets, each with its second.
-struct Ground {
-    packets: Vec<(u32, Vec<u8>)>,
+pub struct Ground {
+    pub packets: Vec<(u32, Vec<u8>)>,
 }
 
 impl Ground {
-    fn send(&mut self, second: u32, telecommand: &Telecommand) {
+    pub fn send(&mut self, second: u32, telecommand: &Telecommand) {
         let count = self.packets.len() as u32 + 1;
         let envelope = Envelope { apid: APID, sequence: count as u16, authentication: Some((KEY, count)) };
         let packet =
@@ -72,7 +73,7 @@ impl Ground {
     }
 
     /// As the flight image reads them.
-    fn file(&self) -> Vec<u8> {
+    pub fn file(&self) -> Vec<u8> {
         let entry = |(second, packet): &(u32, Vec<u8>)| {
             [&second.to_le_bytes()[..], &(packet.len() as u16).to_le_bytes(), packet].concat()
         };
@@ -81,7 +82,7 @@ impl Ground {
 }
 
 /// The true orbit in a second of a flight of one clip, known to 10 km.
-fn orbit(flight: &Flight, recording: &mut Recording, second: u32) -> GroundOrbit {
+pub fn orbit(flight: &Flight, recording: &mut Recording, second: u32) -> GroundOrbit {
     let then = recording.turn_to(second as usize);
     let Clip { scenario, from_s, .. } = flight.clips[0];
     let clip = Scenario::load(Path::new(scenario)).unwrap();
@@ -138,6 +139,7 @@ fn fly(recording: &mut Recording, parameters: Parameters, ground: &Ground) -> (V
         }
         let report = fly_second(&mut sensor, recording, second, link.command());
         link.conclude(report.command);
+        link.log(report.cycle, &report.events);
         let now = LocalTime::from_us(report.local_us);
         let mut buffer = [0; MAX_REPORT_BYTES];
         while let Some(packet) = link.next_report(now, sensor.parameters(), &mut buffer) {
@@ -183,8 +185,8 @@ fn emulated(folder: &Path) -> Vec<u64> {
     cycles.map(|second| second["cycles"].as_u64().expect("a count")).collect()
 }
 
-/// Flies the recording of a folder on the target; telemetry and reports must be those of the host. The cycles
-/// of each second.
+/// Flies the recording of a folder on the target, by the program in C and by the cFS app; telemetry and
+/// reports must be those of the host. The cycles of each second on the target.
 fn compare_with_target(folder: &Path, ground: &Ground, reports: &[Report], packets: &[Vec<u8>]) -> Vec<u64> {
     std::fs::write(folder.join("commands.bin"), ground.file()).unwrap();
     let cycles = emulated(folder);
@@ -195,6 +197,8 @@ fn compare_with_target(folder: &Path, ground: &Ground, reports: &[Report], packe
     let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
     assert!(read("obc.bin") == stream, "telemetry of host and target differs");
     assert!(read("reports.bin") == packets.concat(), "reports of host and target differ");
+    c_face::fly_commanded(folder, &stream, &packets.concat());
+    cfs::fly_commanded(folder, &stream, &packets.concat());
     cycles
 }
 

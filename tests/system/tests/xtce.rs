@@ -16,7 +16,7 @@ use fsw_core::command::{
 };
 use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
-use fsw_core::telemetry;
+use fsw_core::telemetry::{self, Event};
 use fsw_hal::{Area, LocalTime, OpenPaths};
 use serde_json::Value;
 use sil_host::commands::record::mission::MISSION;
@@ -169,6 +169,7 @@ fn telecommands_are_written_by_the_description_alone_to_the_byte() {
             vec![("area", "0"), ("length", "1234"), ("crc", "3735928559")],
         ),
         ("dump", Telecommand::Dump, vec![]),
+        ("events", Telecommand::Events, vec![]),
     ];
     assert_eq!(all.len(), ROWS.len());
     for (sequence, (name, telecommand, given)) in (7u16..).zip(all) {
@@ -231,6 +232,16 @@ fn the_command_links_reports_are_read_by_the_description_alone() {
     let expected: String =
         parameters.encode(&mut buffer).unwrap().iter().map(|byte| format!("{byte:02x}")).collect();
     assert_eq!(table, expected);
+    // The log of events.
+    link.log(77, &[Event::ClockJump]);
+    send(&mut link, 11, Telecommand::Events);
+    assert_eq!(next(&mut link).unwrap().0, "Accepted");
+    let (kind, values) = next(&mut link).unwrap();
+    assert_eq!(
+        (kind, &values["events-first"][0][..], &values["events-left"][0][..]),
+        ("EventsPart", "0", "1")
+    );
+    assert_eq!(values["events-bytes"], ["0000004d060000"]);
 }
 
 #[test]

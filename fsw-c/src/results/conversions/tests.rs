@@ -61,6 +61,7 @@ fn every_quantity_of_a_report_comes_through() {
         earth: Some(earth),
         orbit: Some(orbit),
         local: Some(LocalAttitude { quaternion, nadir_rad: 0.75, yaw_rad: -0.5 }),
+        state: Some(outages::SensorState::Eclipse),
         next_state: Some(telemetry::NextState {
             state: outages::SensorState::SunInStarPath,
             in_s: 300,
@@ -146,6 +147,8 @@ fn every_quantity_of_a_report_comes_through() {
         earth_path_shut: true,
         earth_path_clear: true,
         earth_path_stars: 7,
+        sensor_state_known: true,
+        sensor_state: SensorState::Eclipse,
     };
     assert_eq!(result, expected);
 }

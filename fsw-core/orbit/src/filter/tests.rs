@@ -250,7 +250,8 @@ fn what_was_learned_of_the_mounting_goes_on_into_another_orbit() {
     assert!(filter.state().is_none() && filter.misalignment_rad() == learned_rad && filter.word_sum() != 0);
     begin(&mut filter);
     assert!(kept(&filter));
-    // Over a restart by what was told; an orbit that is known keeps its own, and what is out of bounds is none.
+    // Over a restart by what was told; an orbit that is known keeps its own, and what is out of bounds is
+    // none.
     let mut restarted = OrbitFilter::new();
     for (turn_rad, sigma) in [(f32::NAN, 1e-6), (0.0, 0.0), (0.0, f32::INFINITY), (0.2, 1e-6)] {
         assert!(!restarted.initialise_mounting([turn_rad; 3], [sigma; 3]));
@@ -327,6 +328,23 @@ fn a_direction_alone_says_nothing_of_the_distance_however_far_off_that_is() {
         let sensitivity: f32 = rows.iter().map(|(row, _)| row[POSITION + 2] * row[POSITION + 2]).sum();
         assert!((sensitivity.sqrt() * 70.0 - 1.0).abs() < 1e-5);
     }
+}
+
+#[test]
+fn a_direction_the_other_way_is_the_farthest_off() {
+    let across = |angle: f64| {
+        let (sine, cosine) = libm::sincos(angle);
+        let position_km = Vector3::new(cosine, 0.0, sine) * 7_000.0;
+        let covariance_km2 = Matrix3::identity() * 70.0 * 70.0;
+        let fix = PositionFix { position_km, covariance_km2, ..fix_at(position_km) };
+        let squares = rows(&fix, true).map(|(_, value)| value * value);
+        squares.iter().sum::<f32>().sqrt()
+    };
+    // A distance over its hundredth.
+    for angle in [1.58, 2.0, 3.0, core::f64::consts::PI] {
+        assert!((across(angle) - 100.0).abs() < 0.1, "{angle}: {}", across(angle));
+    }
+    assert!(across(0.5) < across(1.5));
 }
 
 /// Thesis §5.2: a radius wrong at the start. It is followed back, or refused as no orbit, or told as a

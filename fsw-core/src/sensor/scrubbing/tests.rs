@@ -130,7 +130,7 @@ fn a_damaged_mode_is_entered_anew_and_a_damaged_correlation_is_no_step_of_the_cl
         sensor.seal(None);
         assert!(scrubbed(sensor).is_empty());
         sensor.timekeeper = damaged;
-        assert!(scrubbed(sensor).is_empty());
+        assert_eq!(scrubbed(sensor), [Event::TimeForgotten]);
         assert_eq!(second(&mut sensor.timekeeper, 6_000_000, 0), None);
     });
 }
@@ -242,10 +242,22 @@ fn parameters_that_are_lost_end_in_safe_mode_until_a_table_is_loaded() {
 }
 
 #[test]
+fn a_usual_ground_that_was_damaged_is_forgotten_and_told() {
+    with_sensor(|sensor| {
+        let other = UsualGround::sample(0.5);
+        assert_ne!(other.word_sum(), sensor.usual_ground.word_sum());
+        sensor.usual_ground = other;
+        assert_eq!(scrubbed(sensor), [Event::GroundForgotten]);
+        assert_eq!(sensor.usual_ground.word_sum(), UsualGround::default().word_sum());
+        assert!(scrubbed(sensor).is_empty());
+    });
+}
+
+#[test]
 fn damaged_shutters_are_opened() {
     with_sensor(|sensor| {
         sensor.shutting.command(Some(fsw_hal::OpenPaths::Earth));
-        assert!(scrubbed(sensor).is_empty());
+        assert_eq!(scrubbed(sensor), [Event::ShuttersReleased]);
         assert_eq!(sensor.shutting, Shutting::default());
         sensor.shutting.command(Some(fsw_hal::OpenPaths::Star));
         sensor.seal(None);

@@ -98,3 +98,25 @@ fn the_best_estimate_in_the_worlds_own_fields_is_as_good_as_the_bound() {
     // 99 % of a chi-square of 360 degrees of freedom over its mean.
     assert!((0.82..1.20).contains(&square), "{square}");
 }
+
+#[test]
+fn a_state_from_the_ground_is_the_bound_before_any_limb_and_makes_it_better_afterwards() {
+    let (scenario, scene) = flight();
+    let bounds =
+        [PositionBound::new(&scenario.earth), PositionBound::new(&scenario.earth).knowing(50.0, 20.0)];
+    let flown = bounds.map(|mut bound| {
+        let mut sigma = |step: u32| {
+            let truth = truth_of(&scene, step * STEP_S as u32).unwrap();
+            bound.add(&truth, scene.optics()).map_or(f64::INFINITY, |[r, a, c]| r.hypot(a).hypot(c))
+        };
+        (0..40).map(&mut sigma).collect::<Vec<f64>>()
+    });
+    let [without, with] = &flown;
+    assert!(with[0] <= 50.0 * 3.0_f64.sqrt() + 1e-9);
+    assert!(without.iter().zip(with).all(|(without, with)| with < without));
+    // Without any limb it is that of the start alone.
+    let blind = covariance(&PositionBound::new(&scenario.earth).knowing(50.0, 20.0).information).unwrap();
+    for (axis, sigma) in [50.0, 50.0, 50.0, 0.02, 0.02, 0.02].into_iter().enumerate() {
+        assert!((blind[(axis, axis)].sqrt() / sigma - 1.0).abs() < 1e-9, "{axis}");
+    }
+}

@@ -194,7 +194,7 @@ impl Row {
             self.distance_rms_km,
             optional(self.arc_deg.map(|arc| format!("{arc:.0}"))),
             optional(self.nees.map(|nees| format!("{nees:.2}"))),
-            optional(self.nees_band.map(|[low, high]| format!("{low:.2}-{high:.2}"))),
+            optional(self.nees_band.map(|[low, high]| format!("{:.2} to {high:.2}", low.max(0.0)))),
             optional(self.within_3_sigma_percent.map(|share| format!("{share:.1}"))),
             optional(self.kept.map(|kept| if kept { "kept" } else { "MISSED" }.into())),
             refused.join(", ")

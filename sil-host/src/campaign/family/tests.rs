@@ -42,7 +42,13 @@ fn a_key_or_value_that_no_scenario_takes_is_told_with_the_line_that_draws_it() {
     let range = refusal("\norbit.e = { uniform = [2.0, 3.0] }");
     assert!(range.starts_with("sil-host: vary.toml:2: orbit.e: 2.") && range.contains("(run 4)"), "{range}");
     let kind = refusal("scenario.duration_s = { uniform = [20, 30] }");
-    assert!(kind.starts_with("sil-host: vary.toml:1: scenario.duration_s: invalid type"), "{kind}");
+    assert!(kind.starts_with("sil-host: vary.toml:1: scenario.duration_s: floating point"), "{kind}");
+    assert!(kind.contains("in the place of a whole number (run 4)"), "{kind}");
+    let word = refusal("scenario.exposure_ms = { gauss = [400.0, 1.0] }");
+    assert!(
+        word.starts_with("sil-host: vary.toml:1: scenario.exposure_ms: gauss is no distribution"),
+        "{word}"
+    );
     let element = refusal("mount.star_path_deg = [0.0, { normal = [9000.0, 1.0] }, 0.0]");
     assert!(element.starts_with("sil-host: vary.toml:1: mount.star_path_deg: "), "{element}");
 }

@@ -68,3 +68,15 @@ fn any_split_of_the_runs_and_any_stop_merge_to_the_same_flights() {
     assert!(whole.iter().all(|flown| !flown.drawn.is_empty() && held.key_of(flown).is_none()));
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+#[test]
+fn the_recovery_is_shown_of_flights_with_faults_without_a_limit() {
+    let drawn = |key: &str| {
+        let drawn = [(key.to_owned(), serde_json::json!(1))].into();
+        has_drawn_faults(&Flown { drawn, ..flown(0, 0.1, false) })
+    };
+    assert!(drawn("faults.0.share") && !drawn("scenario.start"));
+    assert!(is_beside("recovery_s", true) && !is_beside("recovery_s", false));
+    assert!(is_beside("position_95_km", false) && is_beside("attitude_sigma_arcsec", false));
+    assert!(!is_beside("first_attitude_s", true));
+}

@@ -8,7 +8,9 @@ pub const LINES: &str = "\
 In, a set a line: {\"id\":..,\"b\":[[x,y,z],...],\"r\":[[x,y,z],...],\"sigma_rad\":[..]}, b unit vectors in the sensor frame, r in
 ICRS, sigma_rad the error of each b per axis; optional for the method anisotropic: \"covariance_rad2\":[[xx,xy,yy],...], that of
 the x and y of each b.
-Out, a line a set and method: {\"id\",\"method\",\"status\":\"solved|refused\",\"reason\",\"q\",\"sigma_arcsec\",\"loss\",\"us\"}.";
+Out, a line a set and method: {\"id\",\"method\",\"status\":\"solved|refused\",\"reason\",\"q\",\"sigma_arcsec\",\"loss\",\"us\"}.
+A set whose directions contradict each other is refused: twice the loss is a chi-square with two degrees of freedom a star less
+three, and right sigmas would give so large a one once in a million sets.";
 
 /// The methods and their names here.
 pub const NAMES: [(WahbaMethod, &str); 8] = [

@@ -43,17 +43,16 @@ pub(super) struct MeteredCycle {
     pub(super) stages: BTreeMap<u8, Work>,
 }
 
-impl MeteredCycle {
+impl Work {
     /// Adds so many wait states.
-    pub(super) fn wait(&mut self, wait_states: u64) {
-        for work in self.stages.values_mut().chain([&mut self.work]) {
-            work.cycles += wait_states * work.waits;
-        }
+    fn wait(&mut self, wait_states: u64) {
+        self.cycles += wait_states * self.waits;
     }
 }
 
 #[derive(Clone, Debug, Deserialize)]
 struct MeterReport {
+    start: Work,
     cycles: Vec<MeteredCycle>,
     unfinished_cycles: u64,
     unknown_blocks: u64,
@@ -83,9 +82,21 @@ pub(super) struct Flown {
     pub(super) disturbed: bool,
     pub(super) figures: ImageFigures,
     pub(super) depth: StackDepth,
+    /// From reset to the first second.
+    pub(super) start: Work,
     /// Every second with what the host says of it.
     pub(super) seconds: Vec<(MeteredCycle, Report)>,
     pub(super) telemetry_identical: bool,
+}
+
+impl Flown {
+    /// Adds so many wait states of the flash.
+    pub(super) fn wait(&mut self, wait_states: u64) {
+        self.start.wait(wait_states);
+        for (cycle, _) in &mut self.seconds {
+            cycle.stages.values_mut().chain([&mut cycle.work]).for_each(|work| work.wait(wait_states));
+        }
+    }
 }
 
 /// Records a flight, builds image and meter, and flies the recording.
@@ -138,6 +149,7 @@ pub(super) fn fly(
         geometry,
         figures,
         depth,
+        start: metered.start,
         seconds: metered.cycles.into_iter().zip(reports).collect(),
         telemetry_identical: read(&telemetry)? == read(&files.telemetry)?,
     })

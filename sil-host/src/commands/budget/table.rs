@@ -56,6 +56,8 @@ pub struct Budget {
     wait_states: u8,
     /// Seconds flown.
     seconds: usize,
+    /// From reset to the first second: catalogue and calibration are opened, the sensor is made.
+    start_cycles: u64,
     modes: BTreeMap<&'static str, ModeBudget>,
     /// What each stage costs at its caps.
     bounds: BTreeMap<&'static str, StageBound>,
@@ -114,6 +116,7 @@ impl Budget {
             self.clock_hz / 1_000_000,
             self.wait_states
         );
+        row("start", "", self.start_cycles, None);
         for (mode, budget) in &self.modes {
             let seconds = format!("{} s", budget.seconds);
             row(mode, &seconds, budget.worst_cycles, Some(budget.limit_cycles));
@@ -234,6 +237,11 @@ pub(super) fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown], bou
             }
         }
     }
+    // In a Sun outage an image that is not blinded is searched as in acquisition.
+    let of_a_search = modes.get(word(Mode::Acquisition)).map_or(0, |mode| mode.bound_cycles);
+    if let Some(outage) = modes.get_mut(word(Mode::SunOutage)) {
+        outage.bound_cycles = outage.bound_cycles.max(of_a_search);
+    }
     let dearest_scan = |flown: &Flown| {
         let of_cycle =
             |(cycle, _): &(MeteredCycle, Report)| Some(cycle.stages.get(&(Stage::Scan as u8))?.cycles);
@@ -252,6 +260,7 @@ pub(super) fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown], bou
         clock_hz: limits.target.clock_hz,
         wait_states,
         seconds: seconds().count(),
+        start_cycles: flights.iter().map(|flown| flown.start.cycles).max().unwrap_or(0),
         modes,
         bounds: bounds.stages(),
         scans: flights.iter().map(|flown| (flown.name, dearest_scan(flown))).collect(),

@@ -37,6 +37,29 @@ pub fn strip(outlook: &Outlook) -> String {
     frame.strip("sensor states", &Rows { names: &names, expected: &none, flown: &flown, wrong: &none })
 }
 
+/// Height of the strip of five states, of the title above it and of a line of the states' names below.
+const STRIP: f64 = 150.0;
+const TITLE: f64 = 38.0;
+const LINE: f64 = 18.0;
+
+/// The states over time under a title, the states named: a drawing that stands without a page.
+pub fn drawing(title: &str, outlook: &Outlook) -> String {
+    let title = escaped(title);
+    let mut svg = format!(
+        "<svg viewBox=\"0 0 {WIDE} {}\" role=\"img\" aria-label=\"{title}\"><text class=\"name\" x=\"74\" y=\"24\">{title}</text>",
+        TITLE + STRIP + 3.0 * LINE
+    );
+    let placed = format!("<svg x=\"0\" y=\"{TITLE}\" width=\"{WIDE}\" height=\"{STRIP}\" ");
+    svg += &strip(outlook).replacen("<svg ", &placed, 1);
+    for state in 0..=4 {
+        let (column, line) = (f64::from(state % 2), f64::from(state / 2));
+        let (x, y) = (74.0 + 440.0 * column, TITLE + STRIP + LINE * (line + 0.7));
+        let _ = write!(svg, "<text x=\"{x}\" y=\"{y:.1}\">state {}</text>", words(state));
+    }
+    svg.push_str("</svg>\n");
+    svg
+}
+
 fn section(page: &mut String, outlook: &Outlook) {
     let Outlook { orbit, description, start_utc, duration_s, states, totals, .. } = outlook;
     let _ = write!(

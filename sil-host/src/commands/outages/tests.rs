@@ -116,3 +116,15 @@ fn the_page_shows_every_orbit_and_its_states() {
     assert_eq!(page.matches("<svg").count(), 6);
     assert!(page.contains("3 Sun in the star path") && !page.contains("http"));
 }
+
+#[test]
+fn a_dawn_dusk_orbit_has_no_outage_where_the_sun_stands_on_its_normal() {
+    let share = |text: &str, state: usize| {
+        outlook(&parsed(text), Some(6050.0), Dynamics::Full).unwrap().totals[state].share
+    };
+    let aligned = include_str!("../../../orbits/sso-dawn-dusk.toml");
+    assert_eq!(share(aligned, 0), 1.0);
+    // As far beside it as orbits of the same node are in another month: the limb ahead is dark for a while.
+    let beside = aligned.replace("2026-10-15", "2026-09-23").replace("291.0", "270.7");
+    assert!((0.3..0.5).contains(&share(&beside, 2)), "{}", share(&beside, 2));
+}

@@ -1,7 +1,8 @@
 //! The judge of a flight, with the bounds of what its world allows beside the errors.
 //!
 //! In: the seconds of a flight. Out: the judge's figures. The attitude's bound is that of the stars used in a
-//! second, sampled; the position's is that of all the limb seen until then.
+//! second, sampled; the position's is that of all the limb seen until then
+//! and of the state that the ground gave at the start.
 
 use crate::bound::{self, position::PositionBound};
 use crate::harness::Second;
@@ -23,10 +24,14 @@ pub struct BoundedJudge {
 impl BoundedJudge {
     /// Before the first second.
     pub fn new(scenario: &Scenario) -> Self {
+        let bound = PositionBound::new(&scenario.earth);
         Self {
             judge: Judge::new(scenario.duration_s, scenario.period_s()),
             exposure_us: scenario.exposure_us,
-            position: PositionBound::new(&scenario.earth),
+            position: match &scenario.orbit_filter.start {
+                Some(start) => bound.knowing(start.position_sigma_km, start.velocity_sigma_m_s),
+                None => bound,
+            },
             position_km: None,
         }
     }

@@ -48,7 +48,8 @@ impl Session {
         let (camera, focal_length) = cameras.flight(name, picture)?;
         let field_deg = flight::field_deg(&camera);
         if self.named.is_none() && self.built.as_ref().is_none_or(|(served, _)| *served != field_deg) {
-            self.built = Some((field_deg, flight::catalogue_bytes(&camera, Density::Brightest)?));
+            let bytes = flight::catalogue_bytes(&camera, Density::Brightest);
+            self.built = Some((field_deg, bytes.map_err(|error| error.at(name))?));
         }
         let bytes = self.named.as_ref().or(self.built.as_ref().map(|(_, bytes)| bytes));
         let catalogue = flight::open(bytes.map_or(&[], |bytes| bytes))?;

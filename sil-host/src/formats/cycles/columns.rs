@@ -4,8 +4,8 @@
 //! contract: a name stays, and a new column goes to the end and raises [`VERSION`].
 //!
 //! No column says processor cycles: the host cannot count those of the on-board computer, and what the flight
-//! code charges itself (`fsw_core::image::allowance`) are greatest prices of the search for spots alone. `cargo
-//! budget` counts the cycles of each stage in the emulator.
+//! code charges itself (`fsw_core::image::allowance`) are greatest prices of the search for spots alone.
+//! `cargo budget` counts the cycles of each stage in the emulator.
 
 use crate::harness::faults;
 use crate::harness::status::{activity_word, fault_words, shut_word, status_word};
@@ -17,7 +17,7 @@ use fsw_core::telemetry::{EarthStatus, RateSource};
 use serde::{Serialize, Serializer};
 
 /// Version of the table: raised when a column is added or means something else.
-pub const VERSION: u32 = 10;
+pub const VERSION: u32 = 11;
 
 /// What a row is made from.
 #[derive(Clone, Copy, Debug)]
@@ -593,5 +593,13 @@ pub const COLUMNS: &[Columns] = &[
          where none were looked for",
         0,
         |of| one(of.second.report.earth_path_stars?),
+    ),
+    numbers(
+        &["told_state"],
+        ("", ""),
+        "sensor_state as the sensor tells it, by attitude, time, orbit and what is seen of the limb; empty where these do \
+         not tell",
+        0,
+        |of| one(of.second.report.state? as u8),
     ),
 ];

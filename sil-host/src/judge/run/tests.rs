@@ -25,6 +25,7 @@ fn second(cycle: u32, error_km: f64, settled: bool) -> Judged {
         cycle,
         mode: Mode::Tracking,
         state: SensorState::Full,
+        told_state: Some(fsw_core::outages::SensorState::Full),
         lit_limb_deg: 180.0,
         rate_deg_s: 0.06,
         attitude_rad: (cycle > 3).then_some(Axes { error: [1e-6, 0.0, 4e-6], sigma: [1e-6; 3] }),

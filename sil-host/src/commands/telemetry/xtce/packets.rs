@@ -57,6 +57,11 @@ const TABLE: [Part; 2] = [
     ("table-length", 16, "Bytes of the table."),
 ];
 
+const EVENTS: [Part; 2] = [
+    ("events-first", 32, "Number of the first event of this part, counted from the start of the link."),
+    ("events-left", 16, "Events that the log holds from that one on."),
+];
+
 /// What a report says.
 #[derive(Clone, Copy, PartialEq)]
 enum Says {
@@ -66,25 +71,36 @@ enum Says {
     Refusal,
     /// A part of the parameter table.
     Part,
+    /// A part of the log of events.
+    Events,
 }
 
 /// The reports: container, service, subservice, content, meaning.
-const REPORTS: [(&str, u8, u8, Says, &str); 5] = [
+const REPORTS: [(&str, u8, u8, Says, &str); 6] = [
     ("Accepted", 1, 1, Says::Request, "A telecommand was accepted."),
     ("NotAccepted", 1, 2, Says::Refusal, "A telecommand was refused when it arrived."),
     ("Completed", 1, 7, Says::Request, "A telecommand was done."),
     ("NotCompleted", 1, 8, Says::Refusal, "A telecommand was refused when it was to be done."),
     ("TablePart", 129, 4, Says::Part, "A part of the parameter table in force."),
+    (
+        "EventsPart",
+        130,
+        2,
+        Says::Events,
+        "A part of the log of events: of each its second (u32) and its three bytes.",
+    ),
 ];
 
 /// Bytes of a part of the table, of the packet's length: what is behind secondary header, offset and length,
 /// before the checksum.
 const PART_BYTES_LESS: i32 = 14 + 4 + 2 - 1;
+/// The same of a part of the log.
+const EVENTS_BYTES_LESS: i32 = 14 + 6 + 2 - 1;
 /// The same of a telecommand: secondary header, version of the list, area, offset, checksum.
 const UP_BYTES_LESS: i32 = 5 + 1 + 1 + 4 + 2 - 1;
 
 fn all_parts() -> impl Iterator<Item = &'static Part> {
-    PRIMARY.iter().chain(&SECONDARY).chain(&REQUEST).chain(&TABLE)
+    PRIMARY.iter().chain(&SECONDARY).chain(&REQUEST).chain(&TABLE).chain(&EVENTS)
 }
 
 /// The type of a part.
@@ -117,9 +133,11 @@ pub fn types(xml: &mut Xml) {
     let reasons = refusal::ALL.iter().zip(&names);
     let reasons = reasons.map(|(reason, name)| (reason.code().into(), &name[..], reason.words()));
     enumeration_type(xml, "reason", 16, reasons);
-    xml.element("BinaryParameterType", &[("name", "table")], |xml| {
-        xml.element("BinaryDataEncoding", &[], |xml| rest_of_packet(xml, PART_BYTES_LESS));
-    });
+    for (name, less) in [("table", PART_BYTES_LESS), ("events", EVENTS_BYTES_LESS)] {
+        xml.element("BinaryParameterType", &[("name", name)], |xml| {
+            xml.element("BinaryDataEncoding", &[], |xml| rest_of_packet(xml, less));
+        });
+    }
     checksum_type(xml, "IntegerParameterType");
 }
 
@@ -173,6 +191,7 @@ pub fn parameter(xml: &mut Xml, name: &str, kind: &str, about: &str) {
 pub fn parameters(xml: &mut Xml) {
     all_parts().for_each(|part| parameter(xml, part.0, &type_of(part), part.2));
     parameter(xml, "table-bytes", "table", "The part.");
+    parameter(xml, "events-bytes", "events", "The events.");
     parameter(xml, "packet-checksum", CHECKSUM, "CRC-16 (CCITT, all ones at first) of all before.");
 }
 
@@ -209,6 +228,7 @@ pub fn containers(xml: &mut Xml) {
                     Says::Request => entries(xml, &names(&REQUEST[..6])),
                     Says::Refusal => entries(xml, &names(&REQUEST)),
                     Says::Part => entries(xml, &[&names(&TABLE)[..], &["table-bytes"]].concat()),
+                    Says::Events => entries(xml, &[&names(&EVENTS)[..], &["events-bytes"]].concat()),
                 }
                 entries(xml, &["packet-checksum"]);
             });
