@@ -48,6 +48,17 @@ pub enum Mode {
 }
 
 impl Mode {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::SelfTest,
+        Self::Acquisition,
+        Self::Tracking,
+        Self::Eclipse,
+        Self::SunOutage,
+        Self::Safe,
+        Self::CommandedSafe,
+    ];
+
     /// Whether the sensor looks for neither stars nor Earth, by itself or by command.
     pub fn is_safe(self) -> bool {
         matches!(self, Self::Safe | Self::CommandedSafe)

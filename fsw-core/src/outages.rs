@@ -156,23 +156,26 @@ pub(crate) fn fields_met(
 }
 
 /// The state by the fields of star path and Earth path that the Sun's disc touches; `None` where it touches
-/// neither. `view`: the body as the Earth path sees it.
+/// neither, and where it is in the star path and nobody knows whether over the body or beside it. `view`: the
+/// body as the Earth path sees it.
 pub(crate) fn state_by_sun(
     camera: &Camera,
     in_star_path: &Direction<StarPath>,
     touched: (bool, bool),
     view: Option<&View>,
 ) -> Option<SensorState> {
-    // Where the Sun's image lies, the Earth path sees what it sees there.
-    let over_earth = || {
-        let seen = camera.project(in_star_path).and_then(|at| camera.earth_direction(at));
-        seen.zip(view).is_some_and(|(direction, view)| view.hides_disc(&direction, 0.0))
-    };
     match touched {
         (_, true) => Some(SensorState::SunInEarthPath),
-        (true, false) if over_earth() => Some(SensorState::SunInStarPathOverEarth),
-        (true, false) => Some(SensorState::SunInStarPath),
         (false, false) => None,
+        (true, false) => {
+            let view = view?;
+            // Where the Sun's image lies, the Earth path sees what it sees there.
+            let seen = camera.project(in_star_path).and_then(|at| camera.earth_direction(at));
+            Some(match seen.is_some_and(|direction| view.hides_disc(&direction, 0.0)) {
+                true => SensorState::SunInStarPathOverEarth,
+                false => SensorState::SunInStarPath,
+            })
+        }
     }
 }
 

@@ -90,7 +90,7 @@ pub struct SunPlace {
 impl SunPlace {
     /// Whether it is in neither path, or in both.
     fn is_in_neither(self) -> bool {
-        matches!(self.free, OpenPaths::Both | OpenPaths::BothClear)
+        self.free.both()
     }
 }
 

@@ -31,6 +31,11 @@ impl OpenPaths {
         matches!(self, Self::Both | Self::Earth)
     }
 
+    /// Whether both paths are open, with the filter or without.
+    pub const fn both(self) -> bool {
+        matches!(self, Self::Both | Self::BothClear)
+    }
+
     /// Whether the Earth path is open without its filter.
     pub const fn clear(self) -> bool {
         matches!(self, Self::BothClear)

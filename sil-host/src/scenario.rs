@@ -51,7 +51,7 @@ use crate::formats::camera_file::CameraFile;
 use crate::harness::faults::Fault;
 use crate::judge::Limit;
 use crate::judge::second::orbit_axes;
-use crate::words::nearest;
+use crate::words::nearest_first;
 use crate::world::attitude::{Vector, apply, dot};
 use crate::world::detector::disturbances::Disturbances;
 use crate::world::detector::imaging::ImagingModel;
@@ -275,8 +275,7 @@ impl Scenario {
             named.map(embedded).ok_or_else(|| {
                 let names = EMBEDDED.map(|(name, _)| name);
                 let asked = path.file_stem().unwrap_or_default().to_string_lossy();
-                let near = nearest(&asked, names)
-                    .map_or(String::new(), |near| format!("the nearest name is {near}: "));
+                let near = nearest_first(&asked, names);
                 let to_do = format!("{near}give a scenario file or one of {}", names.join(", "));
                 HostError::system(path, "read", &error, &to_do)
             })

@@ -57,6 +57,11 @@ pub(crate) fn nearest<'n>(name: &str, names: impl IntoIterator<Item = &'n str>) 
     (3 * letters <= known.chars().count()).then_some(known)
 }
 
+/// The [`nearest`] name as the begin of what is to be done; nothing where there is none.
+pub(crate) fn nearest_first<'n>(name: &str, names: impl IntoIterator<Item = &'n str>) -> String {
+    nearest(name, names).map_or(String::new(), |near| format!("the nearest name is {near}: "))
+}
+
 /// Letters to put in, take out or change to make one word of another (Levenshtein).
 fn distance(one: &str, other: &str) -> usize {
     let other: Vec<char> = other.chars().collect();

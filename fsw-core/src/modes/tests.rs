@@ -198,8 +198,6 @@ fn changes(modes: &[Mode]) -> Vec<usize> {
     (1..modes.len()).filter(|second| modes[*second] != modes[second - 1]).collect()
 }
 
-const MODES: [Mode; 7] = [SelfTest, Acquisition, Tracking, Eclipse, SunOutage, Safe, CommandedSafe];
-
 /// Stretches of seconds that are alike, and single ones, as long as all time-outs of `PARAMETERS` together.
 fn history() -> impl Strategy<Value = Vec<ModeInputs>> {
     let stretch = (inputs(), prop_oneof![2 => 1usize..4, 1 => 1usize..40]);
@@ -273,7 +271,7 @@ fn borne_out(seconds: &[ModeInputs], changes: &[Change], number: usize) -> bool 
 proptest! {
     #[test]
     fn every_change_is_a_row_of_the_table_and_the_seconds_before_bear_its_guard_out(
-        begin in prop::sample::select(&MODES[..]),
+        begin in prop::sample::select(&Mode::ALL[..]),
         seconds in history(),
     ) {
         let changes = flown(&mut machine(begin), &seconds, &PARAMETERS);
@@ -285,7 +283,7 @@ proptest! {
 
     #[test]
     fn good_seconds_lead_to_tracking_from_whatever_state_any_history_left(
-        begin in prop::sample::select(&MODES[..6]),
+        begin in prop::sample::select(&Mode::ALL[..6]),
         seconds in history(),
         dark in any::<bool>(),
     ) {
@@ -299,7 +297,7 @@ proptest! {
 
     #[test]
     fn the_mode_changes_no_more_than_twice_in_ten_seconds_however_stars_light_faults_and_the_sun_come_and_go(
-        begin in prop::sample::select(&MODES[..]),
+        begin in prop::sample::select(&Mode::ALL[..]),
         seconds in prop::collection::vec(any::<([bool; 4], Option<bool>)>(), 60..200),
         longest_fault in 1usize..40,
         longest_glare in 1usize..40,
@@ -356,7 +354,7 @@ fn every_row_of_the_table_decides_in_some_sequence() {
 
 #[test]
 fn the_table_has_a_way_out_of_every_mode_and_uses_every_parameter() {
-    for mode in MODES {
+    for mode in Mode::ALL {
         let left = TRANSITIONS.iter().any(|row| row.from.contains(&mode));
         assert_eq!(left, mode != CommandedSafe, "{mode:?}: only a command ends it");
         let entered = TRANSITIONS.iter().any(|row| row.to.contains(&mode));
@@ -367,7 +365,7 @@ fn the_table_has_a_way_out_of_every_mode_and_uses_every_parameter() {
     assert!(ModeParameters::ROWS.iter().all(|parameter| named(parameter.name)));
     // Each cause of its own leads from every mode, by one row.
     for cause in FORCED.iter().map(|row| row.cause) {
-        for mode in MODES {
+        for mode in Mode::ALL {
             let rows = FORCED.iter().filter(|row| row.cause == cause && row.from.contains(&mode));
             assert_eq!(rows.count(), 1, "{cause} in {mode:?}");
         }

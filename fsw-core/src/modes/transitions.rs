@@ -168,17 +168,16 @@ pub struct Forced {
 /// Those in which no attitude is sought that a command or damage could make wrong.
 const APART: &[Mode] = &[SelfTest, Safe, CommandedSafe];
 const OTHERS: &[Mode] = &[Acquisition, Tracking, Eclipse, SunOutage];
-const ALL: &[Mode] = &[SelfTest, Acquisition, Tracking, Eclipse, SunOutage, Safe, CommandedSafe];
 
 /// Changes by a command or by damage, in no order: each has its own cause.
 pub const FORCED: &[Forced] = &[
-    Forced { from: ALL, cause: "command `reacquire`", guard: Guard::Commanded, to: Some(Acquisition) },
-    Forced { from: ALL, cause: "command `restart`", guard: Guard::Commanded, to: Some(SelfTest) },
-    Forced { from: ALL, cause: "command `safe`", guard: Guard::Commanded, to: Some(CommandedSafe) },
+    Forced { from: &Mode::ALL, cause: "command `reacquire`", guard: Guard::Commanded, to: Some(Acquisition) },
+    Forced { from: &Mode::ALL, cause: "command `restart`", guard: Guard::Commanded, to: Some(SelfTest) },
+    Forced { from: &Mode::ALL, cause: "command `safe`", guard: Guard::Commanded, to: Some(CommandedSafe) },
     Forced { from: OTHERS, cause: "another parameter table", guard: Guard::Commanded, to: Some(Acquisition) },
     Forced { from: APART, cause: "another parameter table", guard: Guard::Commanded, to: None },
     Forced {
-        from: ALL,
+        from: &Mode::ALL,
         cause: "parameter table and copy damaged",
         guard: Guard::MemoryDamaged,
         to: Some(CommandedSafe),
@@ -190,5 +189,5 @@ pub const FORCED: &[Forced] = &[
         to: Some(Acquisition),
     },
     Forced { from: APART, cause: "attitude's filter damaged", guard: Guard::MemoryDamaged, to: None },
-    Forced { from: ALL, cause: "mode or its counters damaged", guard: Guard::MemoryDamaged, to: None },
+    Forced { from: &Mode::ALL, cause: "mode or its counters damaged", guard: Guard::MemoryDamaged, to: None },
 ];

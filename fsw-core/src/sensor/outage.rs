@@ -40,7 +40,7 @@ impl Sensor<'_> {
         dark: Option<bool>,
     ) -> Option<SensorState> {
         let by_light = dark.map(|dark| SensorState::by_light(!dark));
-        if image == Image::Taken && matches!(open, OpenPaths::Both | OpenPaths::BothClear) {
+        if image == Image::Taken && open.both() {
             return by_light;
         }
         let touched = self.sun_in_paths(ephemeris, self.now, 0.0)?;
@@ -48,13 +48,8 @@ impl Sensor<'_> {
             return by_light;
         }
         let (attitude, _) = self.motion.as_ref()?.at(self.now)?;
-        let in_star_path = attitude.apply(&ephemeris.sun);
-        // Over the Earth or beside it: only where the orbit says where that is.
         let view = self.known_view(ephemeris, &attitude);
-        if touched == (true, false) && view.is_none() {
-            return None;
-        }
-        state_by_sun(&self.camera, &in_star_path, touched, view.as_ref())
+        state_by_sun(&self.camera, &attitude.apply(&ephemeris.sun), touched, view.as_ref())
     }
 
     /// Whether the Sun's disc comes within `margin_rad` of the field of star path and Earth path, by the

@@ -220,7 +220,7 @@ fn again(arguments: &CampaignRunArguments, run: u64) -> String {
 /// # Errors
 /// When the scenario cannot be read or flown, or the file of runs cannot be used.
 pub fn run(arguments: &CampaignRunArguments) -> Result<ExitCode, HostError> {
-    judged(arguments, None)
+    judged(&Family::new(arguments.scenario.as_deref(), arguments.vary.as_deref())?, arguments, None)
 }
 
 /// Runs the command with its files in a folder.
@@ -232,17 +232,20 @@ pub fn run_in_folder(arguments: &CampaignFolderArguments) -> Result<ExitCode, Ho
     let made =
         |error: std::io::Error| HostError::system(folder, "made", &error, "name another folder by --out");
     // A scenario that cannot be read leaves no folder.
-    Family::new(Some(&arguments.scenario), arguments.vary.as_deref())?;
+    let family = Family::new(Some(&arguments.scenario), arguments.vary.as_deref())?;
     std::fs::create_dir_all(folder).map_err(made)?;
-    judged(&arguments.as_run(), Some(&folder.join("figures.txt")))
+    judged(&family, &arguments.as_run(), Some(&folder.join("figures.txt")))
 }
 
 /// Flies what is not yet flown, judges all and prints it, into a file too where one is given.
-fn judged(arguments: &CampaignRunArguments, page: Option<&Path>) -> Result<ExitCode, HostError> {
-    let family = Family::new(arguments.scenario.as_deref(), arguments.vary.as_deref())?;
+fn judged(
+    family: &Family,
+    arguments: &CampaignRunArguments,
+    page: Option<&Path>,
+) -> Result<ExitCode, HostError> {
     let base = &family.base;
     base.warn();
-    let flown = flown(&family, arguments)?;
+    let flown = flown(family, arguments)?;
     let rows: Vec<Row> = table::figures().filter_map(|figure| row(figure, &base.limits, &flown)).collect();
     let faults = !base.faults.is_empty() || flown.iter().any(has_drawn_faults);
     let shown = |row: &&Row| row.limit.is_some() || is_beside(row.figure, faults);

@@ -8,7 +8,7 @@ use crate::cli::GalleryArguments;
 use crate::error::HostError;
 use crate::gallery::{Figure, Made, figures, page};
 use crate::output::{self, Folder};
-use crate::words::{nearest, program};
+use crate::words::{nearest_first, program};
 use std::process::ExitCode;
 
 /// The page's file.
@@ -20,8 +20,7 @@ const PAGE: &str = "gallery.md";
 /// A name that is none.
 fn chosen(names: &[String]) -> Result<Vec<&'static Figure>, HostError> {
     if let Some(unknown) = names.iter().find(|name| figures().all(|figure| figure.name != **name)) {
-        let near = nearest(unknown, figures().map(|figure| figure.name));
-        let near = near.map_or(String::new(), |near| format!("the nearest name is {near}: "));
+        let near = nearest_first(unknown, figures().map(|figure| figure.name));
         let to_do = format!("{near}`{} gallery --list` has them all", program());
         return Err(HostError::usage(format!("there is no figure {unknown:?}"), to_do));
     }

@@ -49,12 +49,12 @@ fn json() -> serde_json::Value {
     })
 }
 
-/// Modes in words; all seven are `any`.
+/// Modes in words; all of them are `any`.
 fn words(modes: &[Mode]) -> String {
-    match modes.len() {
-        7 => "any".to_owned(),
-        _ => modes.iter().map(|mode| word(*mode)).collect::<Vec<_>>().join(", "),
+    if modes == Mode::ALL {
+        return "any".to_owned();
     }
+    modes.iter().map(|mode| word(*mode)).collect::<Vec<_>>().join(", ")
 }
 
 /// The letter of a change that is forced.

@@ -40,8 +40,8 @@ pub struct TelemetryStream<R> {
 
 /// What stands at the beginning of bytes.
 enum Front {
-    /// A packet of so many bytes whose checksum matches.
-    Packet(usize),
+    /// A packet of so many bytes whose checksum matches, and what it holds.
+    Packet(usize, Result<Box<Report>, PacketError>),
     /// None.
     Nothing,
     /// More bytes will tell.
@@ -62,11 +62,10 @@ impl<R: Read> TelemetryStream<R> {
         let mut skipped = 0;
         loop {
             match self.front(skipped) {
-                Front::Packet(_) if skipped > 0 => {
+                Front::Packet(..) if skipped > 0 => {
                     return Ok(Some(self.given(skipped, Piece::Skipped(skipped))));
                 }
-                Front::Packet(length) => {
-                    let frame = decode(&self.held[LENGTH_BYTES..][..length]).map(Box::new);
+                Front::Packet(length, frame) => {
                     return Ok(Some(self.given(LENGTH_BYTES + length, Piece::Frame(length, frame))));
                 }
                 Front::Nothing => skipped += 1,
@@ -90,10 +89,10 @@ impl<R: Read> TelemetryStream<R> {
         if foreign || !(SHORTEST..=MAX_FRAME_BYTES).contains(&length) {
             return Front::Nothing;
         }
-        match packet.get(..length) {
+        match packet.get(..length).map(decode) {
             None => Front::Open,
-            Some(packet) if matches!(decode(packet), Err(PacketError::Checksum)) => Front::Nothing,
-            Some(_) => Front::Packet(length),
+            Some(Err(PacketError::Checksum)) => Front::Nothing,
+            Some(read) => Front::Packet(length, read.map(Box::new)),
         }
     }
 

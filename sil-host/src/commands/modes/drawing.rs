@@ -73,7 +73,7 @@ fn between(svg: &mut String, from: Mode, to: Mode, label: &str) {
 
 /// The letters of commands and damage for which this holds.
 fn letters(of: impl Fn(Option<Mode>) -> bool) -> String {
-    let rows = FORCED.iter().enumerate().filter(|(_, row)| of(row.to) && row.from.len() == 7);
+    let rows = FORCED.iter().enumerate().filter(|(_, row)| of(row.to) && row.from == Mode::ALL);
     rows.map(|(number, _)| letter(number).to_string()).collect::<Vec<_>>().join(", ")
 }
 
@@ -117,15 +117,7 @@ pub(super) fn svg() -> String {
     let out = letters(|to| to.is_some_and(|to| to != Mode::CommandedSafe));
     arrow(&mut svg, [x - 30.0, bottom], [x - 30.0, y - HALF[1]], &into, true);
     arrow(&mut svg, [x + 30.0, y - HALF[1]], [x + 30.0, bottom], &out, true);
-    for mode in [
-        Mode::SelfTest,
-        Mode::Acquisition,
-        Mode::Tracking,
-        Mode::Eclipse,
-        Mode::SunOutage,
-        Mode::Safe,
-        Mode::CommandedSafe,
-    ] {
+    for mode in Mode::ALL {
         let [x, y] = place(mode);
         let _ = write!(
             svg,
