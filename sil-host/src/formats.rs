@@ -5,6 +5,7 @@
 //! | [`camera_file`] | cameras (TOML) |
 //! | [`ccsds`] | CCSDS OEM and AEM under way |
 //! | [`cycles`] | `cycles.csv`, a row a second |
+//! | [`defects_file`] | a detector's defects |
 //! | [`ephemerides`] | the four CCSDS messages of a run |
 //! | [`fits`] | the first picture of a FITS file |
 //! | [`frames_file`] | frames recorded for the emulated target, and their replay |
@@ -17,6 +18,7 @@
 pub mod camera_file;
 pub mod ccsds;
 pub mod cycles;
+pub mod defects_file;
 pub mod ephemerides;
 pub mod fits;
 pub mod frames_file;

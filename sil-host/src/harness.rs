@@ -23,6 +23,8 @@ use crate::world::instruments::magnetometer::BodyMagnetometer;
 use crate::world::scene::{Scene, Truth};
 use faults::{Fault, Faulty};
 use fsw_core::catalog::Catalogue;
+use fsw_core::image::bad_pixels::BadPixelDetector;
+use fsw_core::image::defects::Defects;
 use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{
@@ -156,6 +158,8 @@ pub struct Flight<'a, F = Sensor<'a>> {
     stand: Cell<OpenPaths>,
     /// By what the paths are turned against what the flight code is told, rad.
     misalignment_rad: Vector,
+    /// The file of the detector's defects as they are known on board.
+    defects: Vec<u8>,
 }
 
 /// By how much a second is late after one that was late by `before_us`, us.
@@ -226,8 +230,18 @@ impl<'a, F: FlightCode> Flight<'a, F> {
         let faults = scenario.faults.clone();
         let stand = Cell::new(OpenPaths::Both);
         let misalignment_rad = scenario.believed.misalignment_rad(&scenario.mount, &scenario.camera);
-        let (late_us, windows) = (0, Vec::new());
-        Self { scenario, scene, flight_code, cycle: 0, late_us, faults, windows, stand, misalignment_rad }
+        Self {
+            scenario,
+            scene,
+            flight_code,
+            cycle: 0,
+            late_us: 0,
+            faults,
+            windows: Vec::new(),
+            stand,
+            misalignment_rad,
+            defects: scenario.known_defects(),
+        }
     }
 
     /// From now on this breaks too, when its seconds come; what broke before is not changed by it.
@@ -258,6 +272,7 @@ impl<'a, F: FlightCode> Flight<'a, F> {
         let stuck = faults::shutters_are_stuck(&self.faults, cycle);
         let shutter = &mut Shutters { stand: &self.stand, stuck };
         let mut detector = Faulty::new(&mut detector, &self.faults, scenario.seed, (cycle, local));
+        let mut detector = corrected(&mut detector, &self.defects)?;
         let mut detector = Watched { detector: &mut detector, windows: &mut self.windows };
         let command = match scenario.held_open.filter(|_| cycle == 0) {
             Some(paths) => Command::Shutter(Some(paths)),
@@ -296,6 +311,19 @@ impl<'a, F: FlightCode> Flight<'a, F> {
         self.cycle += 1;
         Ok(())
     }
+}
+
+/// A detector behind a driver that takes off the defects of a file.
+///
+/// # Errors
+/// When the file is damaged, or of another detector.
+pub fn corrected<'a, D: Detector>(
+    detector: &'a mut D,
+    file: &'a [u8],
+) -> Result<BadPixelDetector<'a, D>, HostError> {
+    Defects::open(file).and_then(|defects| BadPixelDetector::new(detector, defects)).map_err(|error| {
+        HostError::usage(format!("the table of bad pixels is refused ({error:?})"), "report this")
+    })
 }
 
 /// The gyro behind a driver with the believed scale, with its faults.

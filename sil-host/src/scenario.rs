@@ -48,6 +48,7 @@ use crate::calibration::pictures::GAIN_FOUND;
 use crate::error::HostError;
 use crate::flight::{self, StarCalibration};
 use crate::formats::camera_file::CameraFile;
+use crate::formats::defects_file;
 use crate::harness::faults::Fault;
 use crate::judge::Limit;
 use crate::judge::second::orbit_axes;
@@ -455,6 +456,13 @@ impl Scenario {
             let to_do = "give a longer focal length, a smaller aperture_mm, or psf = \"gaussian\"";
             HostError::input(&self.file, None, error.to_string(), to_do)
         })
+    }
+
+    /// The file of the detector's defects as they are known on board.
+    pub fn known_defects(&self) -> Vec<u8> {
+        let geometry = self.camera.geometry();
+        let known = self.disturbances.surveyed(self.seed, geometry);
+        defects_file::table([geometry.width_px, geometry.height_px], &known, &[])
     }
 
     /// The state that the ground tells the flight code at the start.

@@ -5,6 +5,7 @@
 #
 # defmt's log is decoded to standard error where `defmt-print` is installed, and not written where it is not.
 # OBC_MACHINE=mps2-an500 in the environment is a Cortex-M7; the default, mps2-an386, a Cortex-M4F.
+# With BAD_PIXELS=FILE that table of bad pixels (`cargo sil defects`) lies in the memory for what is sent up.
 # With CYCLE_METER=FILE in the environment the cycle meter (`cargo build --release -p cycle-meter`) writes its counts there,
 # and with STACK_DEPTH=FILE the stack analysis (`cargo build --release -p stack-depth`) writes its line there.
 set -eu
@@ -34,6 +35,11 @@ for word in obc-image "$@" $log; do
 done
 
 set -- -M "${OBC_MACHINE:-mps2-an386}" -nographic -monitor none -serial none -semihosting-config "$semihosting" -kernel "$image"
+if [ -n "${BAD_PIXELS:-}" ]; then
+    [ -r "$BAD_PIXELS" ] || fail "$BAD_PIXELS: cannot be read"
+    # Where STORE of memory.x begins.
+    set -- "$@" -device "loader,file=$BAD_PIXELS,addr=0x00300000,force-raw=on"
+fi
 # The image is TARGET_DIR/thumbv7em-none-eabihf/flight/obc-image.
 release=$(dirname "$image")/../../release
 if [ -n "${STACK_DEPTH:-}" ]; then

@@ -152,13 +152,8 @@ impl<D: Detector> Detector for BadPixelDetector<'_, D> {
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), D::Error> {
         self.detector.read(window, pixels)?;
         self.subtract_offsets(window, pixels);
-        let end = window.x.saturating_add(window.width);
-        for y in window.y..window.y.saturating_add(window.height) {
-            for x in self.defects.row_from(window.x, y).take_while(|x| *x < end) {
-                self.replace([x, y], window, pixels)?;
-            }
-        }
-        Ok(())
+        let mut bad = self.defects.within(window);
+        bad.try_for_each(|at| self.replace(at, window, pixels))
     }
 }
 

@@ -26,6 +26,7 @@
 //! readout (reset and supply noise), which no table knows; the local background follows them.
 
 use crate::checksum::crc32;
+use fsw_hal::Window;
 
 /// First bytes of every file.
 pub const MAGIC: [u8; 4] = *b"SXDF";
@@ -33,6 +34,8 @@ pub const MAGIC: [u8; 4] = *b"SXDF";
 pub const VERSION: u16 = 1;
 /// Length of the header in bytes.
 pub const HEADER_BYTES: usize = 28;
+/// Where the total length stands.
+pub const LENGTH_FROM: usize = 12;
 /// Where the CRC-protected part begins.
 pub const CRC_FROM: usize = 12;
 
@@ -87,6 +90,12 @@ fn check_rising(mut numbers: impl Iterator<Item = u16>, end: u16) -> Result<(), 
     })
 }
 
+/// Columns from `x` on of those of a row.
+fn from_column(words: &[Word], x: u16) -> impl Iterator<Item = u16> + use<'_> {
+    let first = words.partition_point(|column| u16::from_le_bytes(*column) < x);
+    words.get(first..).unwrap_or(&[]).iter().map(|column| u16::from_le_bytes(*column))
+}
+
 impl<'a> Defects<'a> {
     /// Of a detector without any.
     pub const fn none(size_px: [u16; 2]) -> Self {
@@ -110,7 +119,7 @@ impl<'a> Defects<'a> {
         if version != VERSION {
             return Err(DefectsError::Version(version));
         }
-        if bytes.len() < HEADER_BYTES || word(12)? as usize != bytes.len() {
+        if bytes.len() < HEADER_BYTES || word(LENGTH_FROM)? as usize != bytes.len() {
             return Err(DefectsError::Length);
         }
         let crc = word(8)?;
@@ -190,9 +199,23 @@ impl<'a> Defects<'a> {
 
     /// Columns of the bad pixels of a row from column `x` on.
     pub(super) fn row_from(&self, x: u16, y: u16) -> impl Iterator<Item = u16> + use<'a> {
-        let words = self.row_words(y);
-        let first = words.partition_point(|column| u16::from_le_bytes(*column) < x);
-        words.get(first..).unwrap_or(&[]).iter().map(|column| u16::from_le_bytes(*column))
+        from_column(self.row_words(y), x)
+    }
+
+    /// The bad pixels of a window (column, row), row by row. A row without any costs two comparisons.
+    pub(super) fn within(&self, window: Window) -> impl Iterator<Item = [u16; 2]> + use<'a> {
+        let Window { x, y, width, height } = window;
+        let end = x.saturating_add(width);
+        let from = usize::from(y);
+        let starts = self.row_starts.get(from..=from + usize::from(height)).unwrap_or(&[]);
+        let pixels = if starts.first() == starts.last() { &[] } else { self.pixels };
+        let starts = if pixels.is_empty() { &[] } else { starts };
+        let rows = (y..).zip(starts.iter().zip(starts.get(1..).unwrap_or(&[])));
+        rows.filter(|(_, (start, end))| start != end).flat_map(move |(y, (start, stop))| {
+            let place = |word: &Word| usize::from(u16::from_le_bytes(*word));
+            let words = pixels.get(place(start)..place(stop)).unwrap_or(&[]);
+            from_column(words, x).take_while(move |x| *x < end).map(move |x| [x, y])
+        })
     }
 
     /// Columns with an offset from column `x` on.

@@ -12,11 +12,11 @@
 mod drawing;
 
 use crate::cli::EarthArguments;
-use crate::commands::defects::{self, DefectsFile};
 use crate::commands::picture_camera::PictureCamera;
 use crate::error::{Faults, HostError};
 use crate::flight;
 use crate::formats::camera_file::CameraFile;
+use crate::formats::defects_file::{self, DefectsFile};
 use crate::formats::json;
 use crate::formats::picture::{EXPOSURE_US, Picture};
 use fsw_core::camera::{Camera, Projection};
@@ -394,7 +394,7 @@ pub fn run(arguments: &EarthArguments) -> Result<ExitCode, HostError> {
     let names = crate::drawing::names(&arguments.images, "-earth.png");
     for (name, drawn) in arguments.images.iter().zip(names) {
         let mut find = || -> Result<EarthAnswer, HostError> {
-            let picture = defects::picture(name, defects.as_ref())?;
+            let picture = defects_file::picture(name, defects.as_ref())?;
             let (answer, limb) = earth.answer(name, &picture, &cameras, &known)?;
             if let Some(folder) = &arguments.overlay {
                 drawing::draw(&picture, &answer, &limb).write(&folder.join(&drawn))?;

@@ -6,6 +6,7 @@
 //! |---|---|
 //! | `frames.bin` | a frame a second with what gyro and magnetometer read ([`crate::formats::frames_file`]) |
 //! | `parameters.bin` | the parameter table for them ([`fsw_core::parameters`]) |
+//! | `bad-pixels.bin` | the detector's defects as they are known on board ([`crate::formats::defects_file`]) |
 //! | `telemetry.bin` | the host's telemetry for these frames, a stream ([`fsw_core::telemetry`]) |
 //!
 //! A picture is shown every second anew. Its focal length is refined first, as `solve` does, because the
@@ -18,8 +19,10 @@ use crate::commands::picture_camera::PictureCamera;
 use crate::commands::solve::PictureSolver;
 use crate::error::HostError;
 use crate::flight;
+use crate::formats::defects_file;
 use crate::formats::frames_file::{FramesWriter, Readings, Recording};
 use crate::formats::picture::Picture;
+use crate::harness::corrected;
 use crate::harness::status::status_word;
 use crate::judge::expected::word;
 use crate::output::write_whole;
@@ -36,6 +39,17 @@ use std::process::ExitCode;
 /// Relative error that a refined focal length of an uncalibrated lens leaves in a separation.
 const SCALE_UNCERTAINTY: f32 = 0.001;
 
+/// The instrument that was recorded, as it is known on board.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instrument {
+    /// Its detector.
+    pub geometry: DetectorGeometry,
+    /// The parameter table for it.
+    pub parameters: Parameters,
+    /// The file of its detector's defects.
+    pub defects: Vec<u8>,
+}
+
 /// The files of a recording.
 #[derive(Clone, Debug)]
 pub struct RecordingFiles {
@@ -43,6 +57,8 @@ pub struct RecordingFiles {
     pub frames: PathBuf,
     /// Parameter table.
     pub parameters: PathBuf,
+    /// Defects of the detector.
+    pub bad_pixels: PathBuf,
     /// The host's telemetry.
     pub telemetry: PathBuf,
 }
@@ -54,6 +70,7 @@ impl RecordingFiles {
         Self {
             frames: file("frames.bin"),
             parameters: file("parameters.bin"),
+            bad_pixels: file("bad-pixels.bin"),
             telemetry: file("telemetry.bin"),
         }
     }
@@ -62,8 +79,8 @@ impl RecordingFiles {
 /// Flies recorded frames on the host and gives its reports.
 ///
 /// # Errors
-/// When the frames cannot be read or the flight code refuses the parameters.
-pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostError> {
+/// When the frames cannot be read or the flight code refuses parameters or defects.
+pub fn fly(frames: &Path, parameters: Parameters, defects: &[u8]) -> Result<Vec<Report>, HostError> {
     let mut recording = Recording::load(frames)?;
     let mut workspace = Box::new(Workspace::new());
     let catalogue = flight::open(catalog_gen::REFERENCE)?;
@@ -74,24 +91,32 @@ pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostErr
         HostError::usage(format!("the flight code refuses to start ({error:?})"), "report this")
     })?;
     let seconds = recording.len();
-    Ok((0..seconds)
-        .map(|second| fly_second(&mut sensor, &mut recording, second, Command::Continue))
-        .collect())
+    (0..seconds)
+        .map(|second| fly_second(&mut sensor, (&mut recording, defects), second, Command::Continue))
+        .collect()
 }
 
 /// A recorded second of a sensor, with what was read beside the detector.
-pub fn fly_second(sensor: &mut Sensor, recording: &mut Recording, second: usize, command: Command) -> Report {
+///
+/// # Errors
+/// When the defects are not those of the recorded detector.
+pub fn fly_second(
+    sensor: &mut Sensor,
+    (recording, defects): (&mut Recording, &[u8]),
+    second: usize,
+    command: Command,
+) -> Result<Report, HostError> {
     let clock = &mut recording.turn_to(second);
     let (mut rate_sensor, mut magnetometer) = recording.beside();
     let mut instruments = Instruments {
-        detector: recording,
+        detector: &mut corrected(recording, defects)?,
         clock,
         meter: &mut (),
         rate_sensor: &mut rate_sensor,
         magnetometer: &mut magnetometer,
         shutter: &mut (),
     };
-    sensor.cycle(&mut instruments, command)
+    Ok(sensor.cycle(&mut instruments, command))
 }
 
 /// Records the frames that `draw` writes, the table, and the host's telemetry, into a folder that exists or
@@ -100,20 +125,20 @@ pub fn fly_second(sensor: &mut Sensor, recording: &mut Recording, second: usize,
 /// # Errors
 /// When a file cannot be written.
 pub fn record(
-    geometry: DetectorGeometry,
-    parameters: Parameters,
+    Instrument { geometry, parameters, defects }: &Instrument,
     folder: &Path,
     draw: impl FnOnce(&mut FramesWriter) -> Result<(), HostError>,
 ) -> Result<(RecordingFiles, Vec<Report>), HostError> {
     std::fs::create_dir_all(folder)
         .map_err(|error| HostError::system(folder, "made", &error, "give another folder"))?;
     let files = RecordingFiles::within(folder);
-    let mut writer = FramesWriter::create(&files.frames, geometry)?;
+    let mut writer = FramesWriter::create(&files.frames, *geometry)?;
     draw(&mut writer)?;
     writer.finish()?;
     let mut table = [0; MAX_TABLE_BYTES];
     write_whole(&files.parameters, parameters.encode(&mut table).map_err(encoding_fault)?)?;
-    let reports = fly(&files.frames, parameters)?;
+    write_whole(&files.bad_pixels, defects)?;
+    let reports = fly(&files.frames, *parameters, defects)?;
     let mut stream = Vec::new();
     let mut buffer = [0; telemetry::MAX_FRAME_BYTES];
     for report in &reports {
@@ -128,8 +153,7 @@ pub fn record(
 /// # Errors
 /// When its clips need different instruments, or a file cannot be written.
 pub fn record_flight(flight: &Flight, folder: &Path) -> Result<(RecordingFiles, Vec<Report>), HostError> {
-    let (geometry, parameters) = flight.instrument()?;
-    record(geometry, parameters, folder, |writer| flight.draw(writer))
+    record(&flight.instrument()?, folder, |writer| flight.draw(writer))
 }
 
 /// Records a picture, shown every second anew.
@@ -139,7 +163,9 @@ fn record_picture(
     seconds: u32,
     folder: &Path,
 ) -> Result<(RecordingFiles, Vec<Report>), HostError> {
-    record(picture.geometry(), parameters, folder, |writer| {
+    let geometry = picture.geometry();
+    let defects = defects_file::table([geometry.width_px, geometry.height_px], &[], &[]);
+    record(&Instrument { geometry, parameters, defects }, folder, |writer| {
         for second in 0..seconds {
             let us = i64::from(second) * 1_000_000;
             let instant = Instant::new(LocalTime::from_us(us), us);

@@ -16,13 +16,13 @@ mod table;
 pub mod wcs;
 
 use crate::cli::SolveArguments;
-use crate::commands::defects::{self, DefectsFile};
 use crate::commands::picture_camera::PictureCamera;
 use crate::drawing::names;
 use crate::error::{Faults, HostError};
 use crate::flight;
 use crate::flight::blind::BlindSearch;
 use crate::flight::lost_in_space::{FocalLength, Solution, Solver};
+use crate::formats::defects_file::{self, DefectsFile};
 use crate::formats::json;
 use crate::formats::picture::{EXPOSURE_US, Picture};
 use crate::output::write_whole;
@@ -160,7 +160,7 @@ pub fn run(arguments: &SolveArguments) -> Result<ExitCode, HostError> {
     let [drawings, headers] = ["-sky.png", ".wcs"].map(|ending| names(&arguments.images, ending));
     for (name, (drawing, header)) in arguments.images.iter().zip(drawings.iter().zip(&headers)) {
         let mut solve = || -> Result<SolveAnswer, HostError> {
-            let mut picture = defects::picture(name, defects.as_ref())?;
+            let mut picture = defects_file::picture(name, defects.as_ref())?;
             let (answer, pointing) = session.solve(name, &mut picture)?;
             if let Some(folder) = &arguments.overlay {
                 drawing::draw(&picture, &answer, pointing.as_ref()).write(&folder.join(drawing))?;

@@ -16,6 +16,7 @@
 //! | `false_stars` | 0 | in every exposure |
 //! | `hot_pixels` | 0 | pixels with 4e3 to 1e5 e-/s |
 //! | `dead_low`, `dead_high` | 10, 10 | pixels that always read 0, or full scale |
+//! | `surveyed_percent` | 0 | of the hot and dead pixels so many stand in the table by which they are corrected on board |
 //! | `protons` | `"orbit"` | hits by the place in the orbit; `"fixed"`: `proton_hits` in every exposure |
 //! | `proton_hits` | 0 | makes `protons` fixed |
 //!
@@ -59,6 +60,7 @@ pub(super) struct RawDisturbances {
     hot_pixels: Option<Spanned<i64>>,
     dead_low: Option<Spanned<i64>>,
     dead_high: Option<Spanned<i64>>,
+    surveyed_percent: Option<Spanned<f64>>,
     protons: Option<RawProtons>,
     proton_hits: Option<Spanned<i64>>,
 }
@@ -116,6 +118,13 @@ pub(super) fn disturbances(text: &Text<'_>, raw: &RawDisturbances) -> Result<Dis
         dead_low: count("dead_low", &raw.dead_low, 10, 10_000)?,
         dead_high: count("dead_high", &raw.dead_high, 10, 10_000)?,
         protons,
+        surveyed: 0.01
+            * text.number(
+                "disturbances.surveyed_percent",
+                raw.surveyed_percent.as_ref(),
+                0.0,
+                (0.0, 100.0),
+            )?,
         ..Disturbances::default()
     })
 }

@@ -12,8 +12,8 @@ use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
 use fsw_hal::{Area, LocalTime, OpenPaths};
 use fuzz::link;
 use fuzz::seconds::{self, HEAD};
-use sil_host::commands::defects;
 use sil_host::flight;
+use sil_host::formats::defects_file;
 use sil_host::world::noise::{Noise, Stream};
 use spacepackets::crc::CRC_CCITT_FALSE;
 use std::path::Path;
@@ -144,7 +144,7 @@ fn seconds_of_the_sensor() {
 
 /// A table of bad pixels of the detector that flies.
 fn bad_pixels() -> Vec<u8> {
-    defects::table([seconds::SIDE_PX; 2], &[[3, 4], [9, 4]], &[(7, -2)])
+    defects_file::table([seconds::SIDE_PX; 2], &[[3, 4], [9, 4]], &[(7, -2)])
 }
 
 /// Beginnings of a catalogue and of a calibration: their checks refuse them.

@@ -5,14 +5,16 @@
 
 use crate::commands::Commands;
 use crate::host::File;
-use crate::marks;
 use crate::recorded::{Recorded, RecordedDetector};
+use crate::{marks, memory};
 use fsw_core::catalog::Catalogue;
+use fsw_core::image::bad_pixels::BadPixelDetector;
 use fsw_core::image::calibration::Calibration;
+use fsw_core::image::defects::{Defects, LENGTH_FROM, MAGIC};
 use fsw_core::parameters::Parameters;
 use fsw_core::sensor::{Command, Instruments, Sensor, SensorError, Workspace};
 use fsw_core::telemetry;
-use fsw_hal::{Instant, LocalTime, Stage, StageMeter};
+use fsw_hal::{Detector, DetectorGeometry, Instant, LocalTime, Stage, StageMeter};
 use static_cell::{ConstStaticCell, StaticCell};
 
 /// The onboard catalogue, built and checked by `catalog-gen`.
@@ -48,6 +50,10 @@ pub enum StartError {
     Calibration,
     /// An image flies once.
     FlownBefore,
+    /// The table of bad pixels is damaged.
+    BadPixels,
+    /// The table of bad pixels is another detector's.
+    OtherDetector,
 }
 
 /// Stage marks as the outside meter sees them.
@@ -84,10 +90,25 @@ pub fn sensor(parameters: Parameters) -> Result<&'static mut Sensor<'static>, St
     })
 }
 
+/// The detector's defects as they are known on board: those of the store, where it has a table.
+///
+/// # Errors
+/// When the table is damaged, or of another detector.
+fn known_defects(geometry: &DetectorGeometry) -> Result<Defects<'static>, StartError> {
+    let (size_px, stored) = ([geometry.width_px, geometry.height_px], memory::store());
+    if !stored.starts_with(&MAGIC) {
+        return Ok(Defects::none(size_px));
+    }
+    let length = stored.get(LENGTH_FROM..).and_then(|rest| rest.first_chunk());
+    let table = length.and_then(|length| stored.get(..u32::from_le_bytes(*length) as usize));
+    let defects = table.and_then(|table| Defects::open(table).ok()).ok_or(StartError::BadPixels)?;
+    if defects.size_px() == size_px { Ok(defects) } else { Err(StartError::OtherDetector) }
+}
+
 /// Flies `seconds` seconds. (Not inlined: its report is not to lie under the making of the sensor.)
 ///
 /// # Errors
-/// When an image has flown before.
+/// When an image has flown before, or the store has a table that is not this detector's.
 #[inline(never)]
 pub fn fly(
     sensor: &mut Sensor<'static>,
@@ -97,14 +118,17 @@ pub fn fly(
     commands: &mut Option<Commands>,
 ) -> Result<Flight, StartError> {
     let frame = FRAME.try_take().ok_or(StartError::FlownBefore)?;
+    let defects = known_defects(&detector.geometry())?;
     let mut flight = Flight::default();
     for second in 0..seconds {
         // A file that breaks off gives an instant before all others, which the sensor reports.
         let broken = Instant { local: LocalTime::from_us(i64::MIN), terrestrial_us: None };
         let (mut clock, mut rate_sensor, mut magnetometer) =
             detector.turn_to(second).unwrap_or((broken, Recorded(None), Recorded(None)));
+        // Of this detector.
+        let Ok(mut detector) = BadPixelDetector::new(&mut *detector, defects) else { break };
         let mut instruments = Instruments {
-            detector: &mut *detector,
+            detector: &mut detector,
             clock: &mut clock,
             meter: &mut Marks,
             rate_sensor: &mut rate_sensor,

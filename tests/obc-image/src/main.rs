@@ -2,7 +2,8 @@
 //!
 //! In: the command line `FRAMES PARAMETERS TELEMETRY [COMMANDS REPORTS] [LOG]`: a frame file ([`recorded`]), a
 //! parameter table, the file for telemetry, those of the command link ([`commands`]; default: no command) and
-//! one for defmt frames (default: none). Out: telemetry, one line of figures on
+//! one for defmt frames (default: none); in the memory for what is sent up a table of bad pixels (default:
+//! none, [`memory`]). Out: telemetry, one line of figures on
 //! standard output ([`figures`]), and the status 0 done, 1 a second could not be flown, 2 bad input or usage,
 //! 3 processor fault (the line then is `{"fault_pc":ADDRESS}`).
 //!
@@ -72,6 +73,8 @@ impl InputError {
                 "PARAMETERS: another calibration than the image's, which may be damaged\n"
             }
             Self::Refused(StartError::Catalogue) => "the onboard catalogue is damaged\n",
+            Self::Refused(StartError::BadPixels) => "BAD_PIXELS: damaged, or of another version\n",
+            Self::Refused(StartError::OtherDetector) => "BAD_PIXELS: another detector's than FRAMES\n",
             Self::Refused(StartError::FlownBefore) => "the image has flown before; start it anew\n",
             Self::Output => {
                 "TELEMETRY, REPORTS, LOG or standard output: cannot be written; or COMMANDS: cannot be read\n"

@@ -14,6 +14,15 @@ unsafe extern "C" {
     static __sdata: u32;
     static __edata: u32;
     static __sidata: u32;
+    static _store_start: u8;
+    static _store_end: u8;
+}
+
+/// The flash for what is sent up (`memory.x`).
+pub fn store() -> &'static [u8] {
+    let (start, end) = (&raw const _store_start, &raw const _store_end);
+    // SAFETY: the linker's ends of memory that nothing writes while the image runs.
+    unsafe { core::slice::from_raw_parts(start, (end as usize).wrapping_sub(start as usize)) }
 }
 
 /// Memory figures in bytes.

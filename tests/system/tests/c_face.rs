@@ -187,7 +187,7 @@ fn the_readmes_example_compiles_and_tells_that_no_camera_answers() {
     std::fs::write(folder.join("example.c"), example).unwrap();
     let program = compile(&folder, "example.c", &["-std=c11"]);
 
-    let (_, parameters) = MISSION.instrument().unwrap();
+    let parameters = MISSION.instrument().unwrap().parameters;
     let mut table = [0; fsw_core::parameters::MAX_TABLE_BYTES];
     std::fs::write(folder.join("parameters.bin"), parameters.encode(&mut table).unwrap()).unwrap();
     let output = Command::new(program).arg(folder.join("parameters.bin")).output().unwrap();

@@ -11,7 +11,7 @@ use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
 use fsw_hal::LocalTime;
 use serde_json::{Value, json};
 use sil_host::commands::record::mission::{Clip, Flight, GYRO, MISSION};
-use sil_host::commands::record::{fly_second, record_flight};
+use sil_host::commands::record::{Instrument, fly_second, record_flight};
 use sil_host::flight;
 use sil_host::formats::frames_file::Recording;
 use std::path::{Path, PathBuf};
@@ -124,11 +124,11 @@ fn the_cfs_app_flies_the_recorded_mission_with_the_telemetry_of_rust() {
 }
 
 /// The second of the host that resumes: the orbit and the mounting of a kept frame.
-fn resume(sensor: &mut Sensor, recording: &mut Recording, second: usize, kept: &Report) -> Report {
+fn resume(sensor: &mut Sensor, recorded: (&mut Recording, &[u8]), second: usize, kept: &Report) -> Report {
     let told = kept.orbit.as_ref().expect("an orbit was kept");
     sensor.initialise_mounting(told.misalignment_rad, told.misalignment_sigma_rad);
     let orbit = kept.ground_orbit().expect("an orbit with its time");
-    fly_second(sensor, recording, second, Command::Orbit(orbit))
+    fly_second(sensor, recorded, second, Command::Orbit(orbit)).unwrap()
 }
 
 /// Flies seconds from one on as Rust does, resumed in the second one where a frame was kept.
@@ -138,7 +138,7 @@ fn fly(
     ground: &Ground,
     kept: Option<&Report>,
 ) -> [Vec<u8>; 2] {
-    let (_, parameters) = RESTARTED.instrument().unwrap();
+    let Instrument { parameters, defects, .. } = RESTARTED.instrument().unwrap();
     let mut workspace = Box::new(Workspace::new());
     let catalogue: Catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let calibration = Calibration::open(flight::REFERENCE_CALIBRATION).ok();
@@ -153,13 +153,14 @@ fn fly(
         }
         let report = match kept {
             Some(kept) if second == seconds.start + 1 => {
-                let report = resume(&mut sensor, recording, second, kept);
+                let report = resume(&mut sensor, (&mut *recording, &defects), second, kept);
                 assert_eq!(report.command, Some(CommandOutcome::Done));
                 assert!(report.orbit.is_some(), "the orbit goes on");
                 report
             }
             _ => {
-                let report = fly_second(&mut sensor, recording, second, link.command());
+                let report =
+                    fly_second(&mut sensor, (&mut *recording, &defects), second, link.command()).unwrap();
                 link.conclude(report.command);
                 report
             }

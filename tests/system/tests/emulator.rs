@@ -4,7 +4,10 @@
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::{self, Outcome, Report};
 use serde_json::Value;
-use sil_host::commands::record::{mission::GYRO, record_flight};
+use sil_host::commands::record::mission::{Clip, Flight, GYRO};
+use sil_host::commands::record::{self, Instrument, record_flight};
+use sil_host::formats::defects_file;
+use sil_host::world::detector::disturbances::Disturbances;
 use std::path::Path;
 use std::process::{Command, Output};
 use system_tests::{data, direction, json_lines, run, scratch, separation_arcsec, target_dir, workspace};
@@ -12,6 +15,16 @@ use system_tests::{data, direction, json_lines, run, scratch, separation_arcsec,
 /// The emulated machines: a Cortex-M4F, the reference, and a Cortex-M7.
 const M4F: &str = "mps2-an386";
 const M7: &str = "mps2-an500";
+
+/// A gyro, and a detector of which nine hot pixels of ten are known on board.
+const SURVEYED: Flight = Flight { disturbances: Some((0, surveyed)), ..GYRO };
+
+/// Two seconds.
+const SHORT: Clip = Clip { seconds: 2, ..GYRO.clips[0] };
+
+fn surveyed() -> Disturbances {
+    Disturbances { hot_pixels: 5_000, dead_low: 20, dead_high: 20, surveyed: 0.9, ..Disturbances::default() }
+}
 
 /// Runs the flight image in the emulator on files of a folder; the telemetry goes to `obc.bin`.
 fn obc(machine: &str, folder: &Path, frames: &str, parameters: &str) -> Output {
@@ -21,6 +34,7 @@ fn obc(machine: &str, folder: &Path, frames: &str, parameters: &str) -> Output {
         .current_dir(workspace())
         .env("CARGO_TARGET_DIR", target_dir())
         .env("OBC_MACHINE", machine)
+        .env("BAD_PIXELS", folder.join("bad-pixels.bin"))
         .output()
         .expect("cargo starts")
 }
@@ -74,9 +88,9 @@ fn every_mode_the_widest_limb_and_a_storm_give_the_hosts_telemetry_and_keep_the_
 }
 
 #[test]
-fn a_gyro_carries_the_attitude_through_a_sunrise_on_the_target_as_on_the_host() {
+fn a_gyro_and_known_bad_pixels_fly_through_a_sunrise_on_the_target_as_on_the_host() {
     let folder = scratch("gyro");
-    record_flight(&GYRO, &folder).unwrap();
+    let (files, _) = record_flight(&SURVEYED, &folder).unwrap();
     let (host, target) = fly(M4F, &folder);
     assert!(!host.is_empty() && host == target, "telemetry of host and target differs");
     assert!(fly(M7, &folder).1 == target, "telemetry of Cortex-M4F and Cortex-M7 differs");
@@ -87,6 +101,10 @@ fn a_gyro_carries_the_attitude_through_a_sunrise_on_the_target_as_on_the_host() 
         .filter_map(|report| report.attitude.as_ref())
         .filter(|attitude| attitude.age_s > 0)
         .collect();
+    // Without the table another telemetry comes of it.
+    let Instrument { parameters, geometry, .. } = SURVEYED.instrument().unwrap();
+    let none = defects_file::table([geometry.width_px, geometry.height_px], &[], &[]);
+    assert!(record::fly(&files.frames, parameters, &none).unwrap() != reports);
     // The mission's time-outs give an outage up after its tenth second.
     let oldest_s = carried.iter().map(|attitude| attitude.age_s).max();
     println!("carried for {oldest_s:?} s");
@@ -141,9 +159,21 @@ fn a_real_photograph_is_solved_on_the_target_as_on_the_host() {
 #[test]
 fn the_image_refuses_bad_files_with_a_line_and_status_2() {
     let folder = scratch("refused");
-    std::fs::write(folder.join("frames.bin"), b"SXTFgarbage").unwrap();
-    let output = obc(M4F, &folder, "frames.bin", "no-parameters.bin");
-    let line = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{line}");
-    assert!(line.starts_with("PARAMETERS: ") && line.trim_end().lines().count() == 1, "{line:?}");
+    let refused = |word: &str| {
+        let output = obc(M4F, &folder, "frames.bin", "parameters.bin");
+        let line = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{line}");
+        assert!(line.starts_with(word) && line.trim_end().lines().count() == 1, "{line:?}");
+    };
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).unwrap();
+    write("frames.bin", b"SXTFgarbage");
+    let of_another = defects_file::table([640, 480], &[[1, 1]], &[]);
+    write("bad-pixels.bin", &of_another);
+    refused("PARAMETERS: ");
+    let (files, _) = record_flight(&Flight { clips: &[SHORT], ..GYRO }, &folder).unwrap();
+    for (bytes, word) in [(&of_another[..], "another detector's"), (&of_another[..60], "damaged")] {
+        std::fs::write(&files.bad_pixels, bytes).unwrap();
+        refused(&format!("BAD_PIXELS: {word}"));
+    }
+    let _ = std::fs::remove_dir_all(&folder);
 }

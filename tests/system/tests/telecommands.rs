@@ -18,7 +18,7 @@ use fsw_core::telemetry::{self, Event, MAX_FRAME_BYTES, Outcome, Report};
 use fsw_hal::{LocalTime, OpenPaths};
 use serde_json::Value;
 use sil_host::commands::record::mission::{Clip, Flight, MISSION};
-use sil_host::commands::record::{fly_second, record_flight};
+use sil_host::commands::record::{Instrument, fly_second, record_flight};
 use sil_host::flight;
 use sil_host::formats::frames_file::Recording;
 use sil_host::scenario::Scenario;
@@ -125,19 +125,23 @@ fn commands(recording: &mut Recording, wanted: &Parameters) -> Ground {
 }
 
 /// Flies the recording on the host; reports of the seconds, and the packets of the link.
-fn fly(recording: &mut Recording, parameters: Parameters, ground: &Ground) -> (Vec<Report>, Vec<Vec<u8>>) {
+fn fly(
+    recording: &mut Recording,
+    Instrument { parameters, defects, .. }: &Instrument,
+    ground: &Ground,
+) -> (Vec<Report>, Vec<Vec<u8>>) {
     let mut workspace = Box::new(Workspace::new());
     let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let calibration = Calibration::open(flight::REFERENCE_CALIBRATION).ok();
     let calibration = calibration.filter(|_| parameters.imaging.calibration_crc != 0);
-    let mut sensor = flight::sensor(catalogue, calibration, parameters, &mut workspace).unwrap();
+    let mut sensor = flight::sensor(catalogue, calibration, *parameters, &mut workspace).unwrap();
     let mut link = CommandLink::new(APID, Some(KEY), 0);
     let (mut reports, mut packets) = (Vec::new(), Vec::new());
     for second in 0..recording.len() {
         for (_, packet) in ground.packets.iter().filter(|(due, _)| *due as usize == second) {
             let _ = link.receive(packet);
         }
-        let report = fly_second(&mut sensor, recording, second, link.command());
+        let report = fly_second(&mut sensor, (&mut *recording, defects), second, link.command()).unwrap();
         link.conclude(report.command);
         link.log(report.cycle, &report.events);
         let now = LocalTime::from_us(report.local_us);
@@ -213,15 +217,16 @@ fn limit_of_tracking() -> u64 {
 fn a_magnetometer_flies_on_host_and_target_with_the_same_telemetry() {
     let folder = scratch("magnetic");
     let (files, _) = record_flight(&MAGNETIC, &folder).expect("it can be recorded");
-    let (_, parameters) = MAGNETIC.instrument().unwrap();
-    let parameters = Parameters { shutter: Some(ShutterParameters::default()), ..parameters };
-    std::fs::write(&files.parameters, parameters.encode(&mut [0; MAX_TABLE_BYTES]).unwrap()).unwrap();
+    let mut instrument = MAGNETIC.instrument().unwrap();
+    instrument.parameters.shutter = Some(ShutterParameters::default());
+    std::fs::write(&files.parameters, instrument.parameters.encode(&mut [0; MAX_TABLE_BYTES]).unwrap())
+        .unwrap();
     let mut recording = Recording::load(&files.frames).unwrap();
     let mut ground = Ground { packets: Vec::new() };
     ground.send(5, &Telecommand::Orbit(orbit(&MAGNETIC, &mut recording, 4)));
     ground.send(12, &Telecommand::Shutter(Some(OpenPaths::Earth)));
     ground.send(15, &Telecommand::Reacquire);
-    let (reports, packets) = fly(&mut recording, parameters, &ground);
+    let (reports, packets) = fly(&mut recording, &instrument, &ground);
     let known = |second: &Report| second.magnetometer.is_some();
     assert!(!reports[..5].iter().any(known) && reports[6..].iter().all(known), "from the orbit on");
     let used: Vec<_> =
@@ -243,11 +248,11 @@ fn a_magnetometer_flies_on_host_and_target_with_the_same_telemetry() {
 fn stars_of_two_fields_tell_the_mounting_on_host_and_target_alike_and_within_the_budget() {
     let folder = scratch("two-fields");
     let (files, _) = record_flight(&TWO_FIELDS, &folder).expect("it can be recorded");
-    let (_, parameters) = TWO_FIELDS.instrument().unwrap();
+    let instrument = TWO_FIELDS.instrument().unwrap();
     let mut recording = Recording::load(&files.frames).unwrap();
     let mut ground = Ground { packets: Vec::new() };
     ground.send(5, &Telecommand::Orbit(orbit(&TWO_FIELDS, &mut recording, 4)));
-    let (reports, packets) = fly(&mut recording, parameters, &ground);
+    let (reports, packets) = fly(&mut recording, &instrument, &ground);
     // From the second on that knows the orbit, of which one in sixteen looks.
     assert!(reports[7..].iter().all(|second| second.earth_path_clear));
     let looks: Vec<_> = reports.iter().filter_map(|second| second.earth_path_stars).collect();
@@ -270,13 +275,13 @@ fn stars_of_two_fields_tell_the_mounting_on_host_and_target_alike_and_within_the
 fn every_command_flies_on_host_and_target_with_the_same_telemetry_and_reports() {
     let folder = scratch("telecommands");
     let (files, _) = record_flight(&FLIGHT, &folder).expect("it can be recorded");
-    let (_, parameters) = FLIGHT.instrument().unwrap();
-    let mut wanted = parameters;
+    let instrument = FLIGHT.instrument().unwrap();
+    let mut wanted = instrument.parameters;
     wanted.tracking.gate_px += 1;
     wanted.shutter = Some(ShutterParameters::default());
     let mut recording = Recording::load(&files.frames).unwrap();
     let ground = commands(&mut recording, &wanted);
-    let (reports, packets) = fly(&mut recording, parameters, &ground);
+    let (reports, packets) = fly(&mut recording, &instrument, &ground);
 
     let (done, refused) = (Some(CommandOutcome::Done), |why| Some(CommandOutcome::Refused(why)));
     let outcomes = [

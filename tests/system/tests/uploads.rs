@@ -15,10 +15,10 @@ use fsw_core::sensor::{Command, Workspace};
 use fsw_core::telemetry::Report;
 use fsw_hal::{Area, Detector, DetectorError, DetectorGeometry, LocalTime, Window};
 use sil_host::calibration::with_gain;
-use sil_host::commands::defects;
 use sil_host::commands::record::mission::{Clip, Flight, MISSION};
-use sil_host::commands::record::record_flight;
+use sil_host::commands::record::{Instrument, record_flight};
 use sil_host::flight;
+use sil_host::formats::defects_file;
 use sil_host::formats::frames_file::Recording;
 use sil_host::harness::areas::{ROOM_BYTES, RamAreas};
 use std::collections::BTreeSet;
@@ -50,7 +50,7 @@ impl Files {
         Self {
             catalogue: catalog_gen::REFERENCE.to_vec(),
             calibration: flight::REFERENCE_CALIBRATION.to_vec(),
-            bad_pixels: defects::table(size_px, &[], &[]),
+            bad_pixels: defects_file::table(size_px, &[], &[]),
         }
     }
 
@@ -61,7 +61,7 @@ impl Files {
         Self {
             catalogue: catalog_gen::build(&stars, &catalog_gen::BuildParameters::reference()).unwrap(),
             calibration: with_gain(flight::REFERENCE_CALIBRATION, 1.02),
-            bad_pixels: defects::table(size_px, &hot_pixels(), &[]),
+            bad_pixels: defects_file::table(size_px, &hot_pixels(), &[]),
         }
     }
 
@@ -238,7 +238,7 @@ fn size_px(geometry: DetectorGeometry) -> [u16; 2] {
 fn files_that_go_up_in_flight_change_nothing_until_the_next_start_and_then_fly() {
     let folder = scratch("uploads");
     let (recorded, _) = record_flight(&FLIGHT, &folder).expect("it can be recorded");
-    let (geometry, parameters) = FLIGHT.instrument().unwrap();
+    let Instrument { geometry, parameters, .. } = FLIGHT.instrument().unwrap();
     let size_px = size_px(geometry);
     let mut recording = Recording::load(&recorded.frames).unwrap();
     let _ = std::fs::remove_dir_all(&folder);
@@ -292,7 +292,7 @@ fn files_that_go_up_in_flight_change_nothing_until_the_next_start_and_then_fly()
 
 #[test]
 fn what_is_refused_serves_at_no_start() {
-    let (geometry, parameters) = FLIGHT.instrument().unwrap();
+    let Instrument { geometry, parameters, .. } = FLIGHT.instrument().unwrap();
     let files = Files::newer(size_px(geometry), &[]);
     let mut areas = RamAreas::default();
     let mut session = Session::new(&mut areas, parameters);
@@ -334,7 +334,7 @@ fn what_is_refused_serves_at_no_start() {
         }
     }
     // Of another detector.
-    session.upload(Area::BadPixels, &defects::table([640, 480], &[[1, 1]], &[]));
+    session.upload(Area::BadPixels, &defects_file::table([640, 480], &[[1, 1]], &[]));
     assert_eq!(session.checked(), not_done(Refusal::AreaDetector));
     // Longer than the room.
     let long = vec![7; ROOM_BYTES];

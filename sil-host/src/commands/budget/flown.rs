@@ -1,7 +1,7 @@
 //! A flight in the emulator, metered.
 
-use crate::commands::record;
 use crate::commands::record::mission::Flight;
+use crate::commands::record::{self, Instrument};
 use crate::error::HostError;
 use crate::words::io_words;
 use fsw_core::camera::CameraParameters;
@@ -105,7 +105,7 @@ pub(super) fn fly(
     (name, flight): (&'static str, &Flight),
     folder: &Path,
 ) -> Result<Flown, HostError> {
-    let (geometry, parameters) = flight.instrument()?;
+    let Instrument { geometry, parameters, .. } = flight.instrument()?;
     let (files, reports) = record::record_flight(flight, folder)?;
     let cargo = || {
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
@@ -120,6 +120,7 @@ pub(super) fn fly(
         cargo()
             .args(["obc", "--quiet", "--"])
             .args([&files.frames, &files.parameters, &telemetry])
+            .env("BAD_PIXELS", &files.bad_pixels)
             .env("CYCLE_METER", &meter)
             .env("STACK_DEPTH", &depth),
         "the flight image in the emulator (cargo obc)",

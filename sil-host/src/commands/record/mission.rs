@@ -25,6 +25,7 @@
 //! Time-outs are short and the limb's slow errors pass soon, so that 208 seconds suffice to know an orbit and to
 //! lose it; all else is the scenarios' own.
 
+use super::Instrument;
 use crate::error::HostError;
 use crate::flight::StarCalibration;
 use crate::formats::frames_file::{FramesWriter, Readings};
@@ -38,7 +39,7 @@ use crate::world::scene::Scene;
 use fsw_core::modes::ModeParameters;
 use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::parameters::Parameters;
-use fsw_hal::{DetectorGeometry, Instant, LocalTime, Magnetometer, OpenPaths, RateSensor};
+use fsw_hal::{Instant, LocalTime, Magnetometer, OpenPaths, RateSensor};
 use std::path::Path;
 
 /// A piece of an embedded scenario.
@@ -216,13 +217,13 @@ fn readings(scenario: &Scenario, scene: &Scene, (cycle, instant): (u32, LocalTim
 }
 
 impl Flight {
-    /// The detector and its flight parameters: those of the first clip's scenario, with the mission's
+    /// The detector, its flight parameters and defects: those of the first clip's scenario, with the mission's
     /// time-outs.
     ///
     /// # Errors
     /// When there is no clip, or they need different ones: camera and mount must be the same in all. (The
     /// exposure may differ: frames in a file have been exposed.)
-    pub fn instrument(&self) -> Result<(DetectorGeometry, Parameters), HostError> {
+    pub fn instrument(&self) -> Result<Instrument, HostError> {
         let [first, others @ ..] = self.clips else {
             return Err(HostError::usage("no clip to fly", "report this"));
         };
@@ -238,7 +239,7 @@ impl Flight {
                 return Err(HostError::usage(what, "report this"));
             }
         }
-        Ok((geometry, parameters))
+        Ok(Instrument { geometry, parameters, defects: scenario.known_defects() })
     }
 
     /// The scenario of a clip, the `index`th.
@@ -291,7 +292,7 @@ mod tests {
                     "{clip:?}"
                 );
             }
-            assert!(flight.instrument().unwrap().1.check().is_ok());
+            assert!(flight.instrument().unwrap().parameters.check().is_ok());
         }
         assert_eq!(MISSION.clips.iter().map(|clip| clip.seconds).sum::<u32>(), 208);
         const BOTH: &[Clip] = &[MISSION.clips[0], WIDE_LIMB.clips[0]];

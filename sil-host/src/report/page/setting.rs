@@ -66,10 +66,11 @@ pub(super) fn write(page: &mut String, scenario: &Scenario) {
         (
             "A frame holds",
             format!(
-                "{} false stars, {} hot pixels, {} dead ones, {}",
+                "{} false stars, {} hot pixels, {} dead ones ({:.0} % of both are known on board), {}",
                 scenario.disturbances.false_stars,
                 scenario.disturbances.hot_pixels,
                 scenario.disturbances.dead_low + scenario.disturbances.dead_high,
+                100.0 * scenario.disturbances.surveyed,
                 scenario.disturbances.protons
             ),
         ),

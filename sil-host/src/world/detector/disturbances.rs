@@ -28,6 +28,8 @@ pub struct Disturbances {
     pub dead_high: u32,
     /// Protons.
     pub protons: Protons,
+    /// Share of the hot pixels, and of the dead ones, that was found when the detector was surveyed.
+    pub surveyed: f64,
 }
 
 impl Default for Disturbances {
@@ -40,6 +42,7 @@ impl Default for Disturbances {
             dead_low: 0,
             dead_high: 0,
             protons: Protons::Fixed(0),
+            surveyed: 0.0,
         }
     }
 }
@@ -91,6 +94,21 @@ impl Disturbances {
         dead.sort_by_key(|(_, y, _)| *y);
         dead
     }
+
+    /// The hot and dead pixels that the survey found (column, row), row by row.
+    pub fn surveyed(&self, seed: u64, geometry: DetectorGeometry) -> Vec<[u16; 2]> {
+        let counts =
+            [(Stream::HotPixel, self.hot_pixels), (Stream::DeadPixel, self.dead_low + self.dead_high)];
+        let found = |(stream, count)| {
+            let noise = Noise::new(seed, 0, stream);
+            let places = (0..count).filter(|index| noise.uniform(*index, 3) < self.surveyed);
+            places.map(|index| random_pixel(&noise, index, geometry).into()).collect::<Vec<_>>()
+        };
+        let mut pixels: Vec<[u16; 2]> = counts.into_iter().flat_map(found).collect();
+        pixels.sort_unstable_by_key(|[x, y]| [*y, *x]);
+        pixels.dedup();
+        pixels
+    }
 }
 
 fn random_pixel(noise: &Noise, index: u32, geometry: DetectorGeometry) -> (u16, u16) {
@@ -105,6 +123,7 @@ fn log_uniform((low, high): (f64, f64), uniform: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
 
     const GEOMETRY: DetectorGeometry = DetectorGeometry { width_px: 100, height_px: 60, bits: 10 };
 
@@ -126,5 +145,29 @@ mod tests {
         let dead = d.dead_pixels(1, GEOMETRY);
         assert!(dead.len() == 29 && dead.iter().filter(|(.., high)| *high).count() == 9);
         assert!(dead.iter().all(|(x, y, _)| *x < 100 && *y < 60));
+    }
+    #[test]
+    fn a_survey_finds_its_share_of_the_hot_and_dead_pixels_and_no_other() {
+        let of = |surveyed| Disturbances {
+            hot_pixels: 2_000,
+            dead_low: 300,
+            dead_high: 200,
+            surveyed,
+            ..Disturbances::default()
+        };
+        let bad: BTreeSet<_> = {
+            let hot = of(0.0).hot_pixels(1, GEOMETRY);
+            let hot: Vec<_> = hot.as_slice().iter().map(|h| [h.x, h.y]).collect();
+            hot.into_iter().chain(of(0.0).dead_pixels(1, GEOMETRY).iter().map(|(x, y, _)| [*x, *y])).collect()
+        };
+        let found = |surveyed| of(surveyed).surveyed(1, GEOMETRY);
+        let in_rows = |pixels: &[[u16; 2]]| pixels.is_sorted_by(|a, b| [a[1], a[0]] < [b[1], b[0]]);
+        assert!(found(0.0).is_empty() && found(1.0).len() == bad.len());
+        for pixels in [found(1.0), found(0.9)] {
+            assert!(in_rows(&pixels) && pixels.iter().all(|at| bad.contains(at)));
+        }
+        // Of 2,500 draws 2,250 within 4.7 sigma of 15; places that were drawn twice are found oftener.
+        let share = found(0.9).len() as f64 / bad.len() as f64;
+        assert!((0.88..0.96).contains(&share), "{share}");
     }
 }
