@@ -66,7 +66,7 @@
  * Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how
  * many are used on this one.
  */
-#define SEXTANT_SENSOR_BYTES 46336
+#define SEXTANT_SENSOR_BYTES 46464
 
 /**
  * Alignment of that memory, bytes.

@@ -17,7 +17,7 @@ use fsw_core::telemetry::{self, Report};
 
 /// Bytes of memory that hold a sensor, on any machine of 32 or 64 bits; `sextant_sensor_bytes` says how
 /// many are used on this one.
-pub const SENSOR_BYTES: usize = 46_336;
+pub const SENSOR_BYTES: usize = 46_464;
 /// Alignment of that memory, bytes.
 pub const SENSOR_ALIGNMENT: usize = 8;
 /// Bytes that hold any telemetry frame with its length.

@@ -226,7 +226,7 @@ pub unsafe extern "C" fn sextant_link_report(
         let written = unsafe {
             memory::with_link(link, |link| {
                 memory::with(sensor, |sensor, _| {
-                    link.next_report(now, sensor.parameters(), buffer).map_or(0, <[u8]>::len)
+                    link.next_report(now, &sensor.downlink(), buffer).map_or(0, <[u8]>::len)
                 })
             })
         }??;

@@ -27,6 +27,7 @@
 //! | 1, 8 | refused when it was to be done | request; [`Refusal`], u16 |
 //! | 129, 4 | part of the parameter table | offset, u16; length of the table, u16; bytes |
 //! | 130, 2 | part of the [log of events](event_log) | number of its first, u32; how many are left, u16; events |
+//! | 130, 4 | some of the [spots](spot_list) that were found last | time of the image, i64; how many are left, u16; spots |
 //!
 //! Files of catalogue, calibration and bad pixels go up in parts as a parameter table does, into memory of
 //! the board ([`AreaStore`](fsw_hal::AreaStore)), are checked there, a slice a second, and serve from the
@@ -41,10 +42,13 @@ pub mod ground;
 mod link;
 mod packets;
 pub mod refusal;
+pub mod spot_list;
 pub mod telecommand;
 mod upload;
 
+use crate::image::Detection;
 use crate::orbit::OrbitState;
+use crate::parameters::Parameters;
 use fsw_hal::{LocalTime, OpenPaths};
 use serde::{Deserialize, Serialize};
 
@@ -53,6 +57,17 @@ pub use link::{Accepted, CommandLink, Refused};
 pub use packets::{MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES, RequestId};
 pub use refusal::Refusal;
 pub use telecommand::{MAX_PART_BYTES, Telecommand, VERSION};
+
+/// What is sent down where the ground asks for it.
+#[derive(Clone, Copy, Debug)]
+pub struct Downlink<'a> {
+    /// The parameter table in force.
+    pub parameters: &'a Parameters,
+    /// Local time of the image in which spots were sought last.
+    pub image: LocalTime,
+    /// The spots found in it.
+    pub spots: &'a [Detection],
+}
 
 /// What the spacecraft wants of a second.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -104,6 +104,9 @@ pub struct Detection {
     pub blended: bool,
     /// It stood in the last scanned image too, moved like the others that did.
     pub repeated: bool,
+    /// Its number, which it keeps as long as one scanned image after the other shows it; 0 of a spot that no
+    /// scan has numbered.
+    pub number: u8,
     /// Brightness behind it, scaled counts, where its image holds more than a star and noise; else 0.
     pub backdrop: u16,
 }

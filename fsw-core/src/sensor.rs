@@ -55,6 +55,7 @@ use crate::camera::Camera;
 use crate::camera::focal_length::FocalLength;
 use crate::catalog::Catalogue;
 pub use crate::command::Command;
+use crate::command::Downlink;
 use crate::earth::ground::UsualGround;
 use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
 use crate::image::calibration::Calibration;
@@ -145,6 +146,8 @@ pub struct Sensor<'c> {
     timekeeper: Timekeeper,
     /// Local time of this second: of its image, or of the call where none was used.
     now: LocalTime,
+    /// Instant of the image in which spots were sought last.
+    sought: LocalTime,
     /// Exposure of the last image that was asked for, us.
     exposure_us: u32,
     /// Whether the catalogue's stars are corrected for aberration.
@@ -245,6 +248,7 @@ impl<'c> Sensor<'c> {
             cycle: 0,
             timekeeper,
             now: LocalTime::default(),
+            sought: LocalTime::default(),
             exposure_us: 0,
             aberration_corrected: false,
             motion: Motion::default(),
@@ -327,6 +331,15 @@ impl<'c> Sensor<'c> {
     /// The parameter table in force.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
+    }
+
+    /// What the command link sends down where it is asked for.
+    pub fn downlink(&self) -> Downlink<'_> {
+        Downlink {
+            parameters: &self.parameters,
+            image: self.sought,
+            spots: self.workspace.detections.spots(),
+        }
     }
 
     fn forget_attitude(&mut self) {

@@ -52,7 +52,8 @@ fn fields(telecommand: &Telecommand) -> Option<Data> {
         | Telecommand::Restart
         | Telecommand::Safe
         | Telecommand::Dump
-        | Telecommand::Events => {}
+        | Telecommand::Events
+        | Telecommand::Spots => {}
         Telecommand::Exposure(exposure_us) => put(&mut data, &exposure_us.to_be_bytes())?,
         Telecommand::Orbit(orbit) => {
             put(&mut data, &orbit.state.time_us.to_be_bytes())?;

@@ -6,7 +6,7 @@
 //! than the last, so that a refused one cannot be sent again either.
 //!
 //! One command is done in a second. Parts, the file of an area and what is sent down (the table, the log of
-//! events) are the link's own affair and need none.
+//! events, the spots) are the link's own affair and need none.
 //!
 //! | once | call |
 //! |---|---|
@@ -21,9 +21,12 @@ use super::authentication::{Key, TAG_BYTES, TRAILER_BYTES};
 use super::event_log::EventLog;
 use super::packets::{self, MAX_DATA_BYTES, MAX_REPORT_BYTES, ReportHeaders, RequestId, TelecommandPacket};
 use super::refusal::Refusal;
-use super::telecommand::{EVENTS, EVENTS_DOWN, MAX_PART_BYTES, PART_DOWN, TABLE, Telecommand, VERSION};
+use super::spot_list;
+use super::telecommand::{
+    EVENTS_DOWN, MAX_PART_BYTES, PART_DOWN, REQUESTS, SPOTS_DOWN, TABLE, Telecommand, VERSION,
+};
 use super::upload::Upload;
-use super::{Command, CommandOutcome};
+use super::{Command, CommandOutcome, Downlink};
 use crate::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_hal::{AreaStore, LocalTime};
 use heapless::{Deque, Vec};
@@ -79,11 +82,12 @@ impl Verdict {
     }
 }
 
-/// Kinds of reports: the four verdicts, the part of the table and that of the log.
-const KINDS: usize = 6;
-/// The counters of the last two.
+/// Kinds of reports: the four verdicts, the part of the table, that of the log and that of the spots.
+const KINDS: usize = 7;
+/// The counters of the last three.
 const PART_COUNTER: usize = 4;
 const EVENTS_COUNTER: usize = 5;
+const SPOTS_COUNTER: usize = 6;
 
 /// What a request is, once it was accepted.
 #[derive(Clone, Copy, Debug)]
@@ -109,6 +113,8 @@ enum Sending {
     Table(u16),
     /// The log of events, from the event of a number on.
     Events(u32),
+    /// The spots, from the spot of a place on.
+    Spots(u16),
 }
 
 /// The command link of a sensor; `S` is the memory of the areas, `()` where there is none.
@@ -273,6 +279,10 @@ impl<S: AreaStore> CommandLink<S> {
                 self.sending = Some((request, Sending::Events(0)));
                 return;
             }
+            Telecommand::Spots => {
+                self.sending = Some((request, Sending::Spots(0)));
+                return;
+            }
         };
         self.task = Some((request, task));
     }
@@ -332,12 +342,12 @@ impl<S: AreaStore> CommandLink<S> {
         let _ = self.reports.push_back((request, verdict));
     }
 
-    /// Writes the next report, as of `now`, and gives the bytes used; `None` where none waits. `parameters`
-    /// are those in force, which are sent down.
+    /// Writes the next report, as of `now`, and gives the bytes used; `None` where none waits. `told` is what
+    /// the ground may ask for.
     pub fn next_report<'a>(
         &mut self,
         now: LocalTime,
-        parameters: &Parameters,
+        told: &Downlink,
         buffer: &'a mut [u8; MAX_REPORT_BYTES],
     ) -> Option<&'a [u8]> {
         let mut data = Vec::<u8, MAX_DATA_BYTES>::new();
@@ -354,13 +364,18 @@ impl<S: AreaStore> CommandLink<S> {
                 let (request, sending) = self.sending.take()?;
                 let (next, kind) = match sending {
                     Sending::Table(offset) => {
-                        let next = table_part(offset, parameters, &mut data)?.map(Sending::Table);
+                        let next = table_part(offset, told.parameters, &mut data)?.map(Sending::Table);
                         (next, ((TABLE, PART_DOWN), PART_COUNTER))
                     }
                     Sending::Events(from) => {
                         let (next, is_last) = self.events.write(from, &mut data)?;
                         let next = (!is_last).then_some(Sending::Events(next));
-                        (next, ((EVENTS, EVENTS_DOWN), EVENTS_COUNTER))
+                        (next, ((REQUESTS, EVENTS_DOWN), EVENTS_COUNTER))
+                    }
+                    Sending::Spots(from) => {
+                        let (next, is_last) = spot_list::write(told, from, &mut data)?;
+                        let next = (!is_last).then_some(Sending::Spots(next));
+                        (next, ((REQUESTS, SPOTS_DOWN), SPOTS_COUNTER))
                     }
                 };
                 match next {

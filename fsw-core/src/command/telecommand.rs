@@ -15,14 +15,15 @@ pub const VERSION: u8 = 2;
 pub const SENSOR: u8 = 128;
 /// Service of the parameter table and of the files of the areas.
 pub const TABLE: u8 = 129;
-/// Service of the log of events.
-pub const EVENTS: u8 = 130;
+/// Service of what the ground asks for: the log of events, the spots of the image.
+pub const REQUESTS: u8 = 130;
 /// Most bytes of a table or a file in a packet.
 pub const MAX_PART_BYTES: usize = 200;
 /// Subservice of [`TABLE`] with which a part of the table is sent down.
 pub(super) const PART_DOWN: u8 = 4;
-/// Subservice of [`EVENTS`] with which a part of the log is sent down.
+/// Subservices of [`REQUESTS`] with which a part of the log and some of the spots are sent down.
 pub(super) const EVENTS_DOWN: u8 = 2;
+pub(super) const SPOTS_DOWN: u8 = 4;
 
 /// A command as it came.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,6 +65,8 @@ pub enum Telecommand<'a> {
     Dump,
     /// Send the log of events down in parts.
     Events,
+    /// Send the spots that were found last down in parts.
+    Spots,
 }
 
 /// A field of a command.
@@ -200,10 +203,17 @@ pub const ROWS: &[Row] = &[
         refusals: &[],
     },
     Row {
-        number: (EVENTS, 1),
+        number: (REQUESTS, 1),
         name: "events",
         fields: &[],
         about: "send the last 64 events down, in reports (130, 2)",
+        refusals: &[],
+    },
+    Row {
+        number: (REQUESTS, 3),
+        name: "spots",
+        fields: &[],
+        about: "send the spots that were found last down, stars and what else is bright, in reports (130, 4)",
         refusals: &[],
     },
 ];
@@ -309,7 +319,8 @@ impl<'a> Telecommand<'a> {
                 length.zip(fields.u32()).map(|((area, length), crc)| Self::Load { area, length, crc })
             }
             (TABLE, 3) => Some(Self::Dump),
-            (EVENTS, 1) => Some(Self::Events),
+            (REQUESTS, 1) => Some(Self::Events),
+            (REQUESTS, 3) => Some(Self::Spots),
             _ => return Err(Refusal::Unknown),
         };
         telecommand.filter(|_| fields.0.is_empty()).ok_or(Refusal::Fields)
@@ -328,7 +339,8 @@ impl<'a> Telecommand<'a> {
             Self::Part { .. } => (TABLE, 1),
             Self::Load { .. } => (TABLE, 2),
             Self::Dump => (TABLE, 3),
-            Self::Events => (EVENTS, 1),
+            Self::Events => (REQUESTS, 1),
+            Self::Spots => (REQUESTS, 3),
         }
     }
 }

@@ -23,6 +23,21 @@ const KEY: Key = Key::new([
     0x2b, 0x7e, 0x15, 0x16, 0x28, 0xae, 0xd2, 0xa6, 0xab, 0xf7, 0x15, 0x88, 0x09, 0xcf, 0x4f, 0x3c,
 ]);
 const NOW: LocalTime = LocalTime::from_us(12_500_000);
+const SPOT: Detection = Detection {
+    x_q16: 0,
+    y_q16: 0,
+    flux: 20_000,
+    core_flux: 10_000,
+    sigma_q16: 3000,
+    saturated: false,
+    extended: false,
+    drawn_px: 0,
+    blended: false,
+    repeated: true,
+    number: 0,
+    backdrop: 0,
+};
+const IMAGE: LocalTime = LocalTime::from_us(12_000_000);
 const SAFE: &str = "1aa5c00700072f800300000253b1";
 const ORBIT: GroundOrbit = GroundOrbit {
     state: OrbitState {
@@ -82,8 +97,14 @@ fn sealed(content: &[u8]) -> Vec<u8> {
 
 /// All reports that wait.
 fn reports<S: AreaStore>(link: &mut CommandLink<S>) -> Vec<Vec<u8>> {
+    reports_with(link, &[])
+}
+
+/// The same with these spots of the last image.
+fn reports_with<S: AreaStore>(link: &mut CommandLink<S>, spots: &[Detection]) -> Vec<Vec<u8>> {
     let mut buffer = [0; MAX_REPORT_BYTES];
-    core::iter::from_fn(|| link.next_report(NOW, &parameters(), &mut buffer).map(<[u8]>::to_vec)).collect()
+    let told = Downlink { parameters: &parameters(), image: IMAGE, spots };
+    core::iter::from_fn(|| link.next_report(NOW, &told, &mut buffer).map(<[u8]>::to_vec)).collect()
 }
 
 /// Service, subservice and data of a report.
@@ -346,6 +367,47 @@ fn the_log_of_events_is_sent_down_in_parts_the_oldest_first() {
     assert_eq!(heads, [(39, 64), (67, 36), (95, 8)]);
     let expected: Vec<_> = (1036..1100).map(|cycle| (cycle, [3, 0, 0])).collect();
     assert_eq!(events, expected);
+}
+
+#[test]
+fn the_spots_of_the_image_are_sent_down_in_parts_in_their_order() {
+    let spots: Vec<_> = (0..30u8)
+        .map(|k| Detection {
+            x_q16: i32::from(k) << 16,
+            number: k,
+            saturated: k == 2,
+            blended: k == 2,
+            ..SPOT
+        })
+        .collect();
+    let mut link = open_link();
+    assert!(link.receive(&packet(&Telecommand::Spots, 1, None)).is_ok());
+    let (mut left, mut columns, mut verdicts) = (Vec::new(), Vec::new(), Vec::new());
+    for report in reports_with(&mut link, &spots) {
+        let (number, data) = parts(&report);
+        if number != (130, 4) {
+            verdicts.push(number);
+            continue;
+        }
+        assert_eq!(data[..8], IMAGE.as_us().to_be_bytes());
+        left.push(u16::from_be_bytes(data[8..10].try_into().unwrap()));
+        for spot in data[10..].chunks_exact(16) {
+            let (column, rest) = spot.split_first_chunk().unwrap();
+            let column = i32::from_be_bytes(*column) >> 16;
+            columns.push(column);
+            // Row, light, sigma; the number, and for the third that it is saturated and two in one.
+            let flags = if column == 2 { 5 } else { 0 };
+            let expected =
+                [&[0; 4], &10_000u32.to_be_bytes()[..], &3000u16.to_be_bytes(), &[column as u8, flags]];
+            assert_eq!(rest, expected.concat());
+        }
+    }
+    assert_eq!((left, verdicts), (std::vec![30, 18, 6], std::vec![(1, 1), (1, 7)]));
+    assert_eq!(columns, (0..30).collect::<Vec<_>>());
+    // Without one that is said.
+    assert!(link.receive(&packet(&Telecommand::Spots, 2, None)).is_ok());
+    let none = reports_with(&mut link, &[]);
+    assert_eq!(parts(&none[1]), ((130, 4), &[&IMAGE.as_us().to_be_bytes()[..], &[0, 0]].concat()[..]));
 }
 
 #[test]

@@ -147,6 +147,7 @@ pub fn measure(
         drawn_px: 0,
         blended: false,
         repeated: false,
+        number: 0,
         backdrop: 0,
     };
     Some(MeasuredSpot { spot, floor: floor_sum as f32 / floor_count as f32, slope_per_flux })

@@ -202,19 +202,27 @@ impl<'a> Defects<'a> {
         from_column(self.row_words(y), x)
     }
 
-    /// The bad pixels of a window (column, row), row by row. A row without any costs two comparisons.
+    /// Where the bad pixels of a window's rows begin, and where those of its last end.
+    fn starts(&self, window: Window) -> &'a [Word] {
+        let from = usize::from(window.y);
+        self.row_starts.get(from..=from + usize::from(window.height)).unwrap_or(&[])
+    }
+
+    /// Whether the rows of a window have no bad pixel, and no column an offset.
+    pub(super) fn are_apart(&self, window: Window) -> bool {
+        let starts = self.starts(window);
+        self.offsets.is_empty() && starts.first() == starts.last()
+    }
+
+    /// The bad pixels of a window (column, row), row by row. A row without any costs a comparison.
     pub(super) fn within(&self, window: Window) -> impl Iterator<Item = [u16; 2]> + use<'a> {
-        let Window { x, y, width, height } = window;
-        let end = x.saturating_add(width);
-        let from = usize::from(y);
-        let starts = self.row_starts.get(from..=from + usize::from(height)).unwrap_or(&[]);
-        let pixels = if starts.first() == starts.last() { &[] } else { self.pixels };
-        let starts = if pixels.is_empty() { &[] } else { starts };
-        let rows = (y..).zip(starts.iter().zip(starts.get(1..).unwrap_or(&[])));
-        rows.filter(|(_, (start, end))| start != end).flat_map(move |(y, (start, stop))| {
+        let (starts, pixels) = (self.starts(window), self.pixels);
+        let rows = (window.y..).zip(starts.iter().zip(starts.get(1..).unwrap_or(&[])));
+        rows.filter(|(_, (start, end))| start != end).flat_map(move |(y, (start, end))| {
             let place = |word: &Word| usize::from(u16::from_le_bytes(*word));
-            let words = pixels.get(place(start)..place(stop)).unwrap_or(&[]);
-            from_column(words, x).take_while(move |x| *x < end).map(move |x| [x, y])
+            let row = from_column(pixels.get(place(start)..place(end)).unwrap_or(&[]), window.x);
+            let right = window.x.saturating_add(window.width);
+            row.take_while(move |x| *x < right).map(move |x| [x, y])
         })
     }
 

@@ -165,12 +165,18 @@ impl Detections {
         if hardware && self.unread as usize <= most { Ok(()) } else { Err(error) }
     }
 
-    /// Marks those that stood in the last image too, and puts them first.
-    pub(super) fn mark_repeated(&mut self, is_repeated: impl Fn(&Detection) -> bool) {
+    /// Marks those that stood in the last image too, with the number that they had there, and puts them first.
+    pub(super) fn mark_repeated(&mut self, former: impl Fn(&Detection) -> Option<u8>) {
         for spot in &mut self.spots {
-            spot.repeated = is_repeated(spot);
+            let number = former(spot);
+            (spot.repeated, spot.number) = (number.is_some(), number.unwrap_or(0));
         }
         self.sort();
+    }
+
+    /// The spots, to be numbered.
+    pub(super) fn spots_mut(&mut self) -> &mut [Detection] {
+        &mut self.spots
     }
 
     /// Once all of an image's spots are in: doubts those before uneven ground, and sorts them by

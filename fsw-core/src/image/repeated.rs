@@ -7,6 +7,9 @@
 //! The motion is the one that most pairs of places, one of each image, share. Of 96 spots each 23 pairs lie
 //! within 32 px by chance, and hardly ever three of them alike. A pixel that is always bright repeats
 //! too: what it does not have is a place in the catalogue.
+//!
+//! Each spot has a number, which it keeps from image to image as long as it is found: the tracking number of
+//! the thesis (3.1.5), without an identification.
 
 use super::Detection;
 use super::detections::{Detections, MAX_DETECTIONS};
@@ -32,6 +35,10 @@ type Place = [i16; 2];
 #[derive(Clone, Debug, Default)]
 pub struct Repeated {
     places: Vec<Place, MAX_DETECTIONS>,
+    /// Their numbers.
+    numbers: Vec<u8, MAX_DETECTIONS>,
+    /// The number that was given last.
+    last: u8,
 }
 
 /// Where a spot stands.
@@ -53,25 +60,50 @@ fn are_alike([x, y]: Place, [u, v]: Place) -> bool {
 impl Repeated {
     /// No image yet.
     pub const fn new() -> Self {
-        Self { places: Vec::new() }
+        Self { places: Vec::new(), numbers: Vec::new(), last: 0 }
     }
 
-    /// Marks the spots of an image that stood in the last one and puts them first; the image is the last one
-    /// from now on.
+    /// Marks and numbers the spots of an image, those that stood in the last one as there, and puts these
+    /// first; the image is the last one from now on.
     #[inline(never)]
     pub fn put_first(&mut self, detections: &mut Detections) {
         let common = self.common_motion(detections.spots());
         if let Some(common) = common {
             detections.mark_repeated(|spot| {
                 let to = place(spot);
-                self.places
-                    .iter()
-                    .filter_map(|from| motion(*from, to))
-                    .any(|motion| are_alike(motion, common))
+                let off = |from: &Place| {
+                    let motion = motion(*from, to).filter(|motion| are_alike(*motion, common))?;
+                    Some(motion.iter().zip(common).map(|(axis, common)| axis.abs_diff(common)).sum::<u16>())
+                };
+                let places = self.places.iter().zip(&self.numbers);
+                let alike = places.filter_map(|(from, number)| Some((off(from)?, *number)));
+                alike.min().map(|(_, number)| number)
             });
         }
+        self.number_others(detections.spots_mut());
         self.places.clear();
+        self.numbers.clear();
         fill(&mut self.places, detections.spots().iter().map(place));
+        fill(&mut self.numbers, detections.spots().iter().map(|spot| spot.number));
+    }
+
+    /// Numbers those anew that are new, or whose number a spot before them has.
+    #[inline(never)]
+    fn number_others(&mut self, spots: &mut [Detection]) {
+        let mut taken = [false; 1 + u8::MAX as usize];
+        let mut take = |number: u8| {
+            taken.get_mut(usize::from(number)).is_some_and(|taken| !core::mem::replace(taken, true))
+        };
+        // 0 is of no spot.
+        take(0);
+        for spot in spots.iter_mut() {
+            spot.number = if take(spot.number) { spot.number } else { 0 };
+        }
+        for spot in spots.iter_mut().filter(|spot| spot.number == 0) {
+            let mut next = (1..=u8::MAX).map(|step| self.last.wrapping_add(step));
+            let Some(free) = next.find(|number| take(*number)) else { return };
+            (spot.number, self.last) = (free, free);
+        }
     }
 
     /// The motion that most pairs share, if enough do.

@@ -115,6 +115,7 @@ impl Sensor<'_> {
             calibration: self.calibration.as_ref(),
             turn,
         };
+        self.sought = self.now;
         let Workspace { shared, detections, repeated, .. } = &mut *self.workspace;
         scan::scan(detector, &mut shared.readout().buffer, method, detections)?;
         repeated.put_first(detections);

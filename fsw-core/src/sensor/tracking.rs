@@ -182,6 +182,7 @@ impl Sensor<'_> {
             calibration: self.calibration.as_ref(),
             turn: self.turn_in_exposure(),
         };
+        self.sought = self.now;
         let read = self.workspace.read_windows(detector, &expectation.windows, &method);
         meter.end(Stage::Windows);
         let clear_windows = expectation.windows.len().saturating_sub(read?);

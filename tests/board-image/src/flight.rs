@@ -178,7 +178,7 @@ impl Flight {
     /// Writes the link's next report, as of the last second, into `buffer`; its bytes, 0 where none waits.
     #[inline(never)]
     pub fn report(&mut self, buffer: &mut [u8; MAX_REPORT_BYTES]) -> usize {
-        self.link.next_report(self.local, self.sensor.parameters(), buffer).map_or(0, <[u8]>::len)
+        self.link.next_report(self.local, &self.sensor.downlink(), buffer).map_or(0, <[u8]>::len)
     }
 
     /// One second; its frame goes into `buffer`, whose used bytes are given.

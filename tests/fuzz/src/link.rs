@@ -65,7 +65,7 @@ pub fn try_bytes(bytes: &[u8]) -> usize {
         link.check_area(sensor.parameters());
         let (mut buffer, mut reports) = ([0; MAX_REPORT_BYTES], Vec::new());
         let now = LocalTime::from_us(second as i64);
-        while let Some(report) = link.next_report(now, sensor.parameters(), &mut buffer) {
+        while let Some(report) = link.next_report(now, &sensor.downlink(), &mut buffer) {
             reports.push((report[7], report[8]));
         }
         // The check of an area may end in the same second.

@@ -5,8 +5,7 @@
 //! flies in an emulator only.
 
 use crate::host::{File, HostError, Mode};
-use fsw_core::command::{Command, CommandLink, Key, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES};
-use fsw_core::parameters::Parameters;
+use fsw_core::command::{Command, CommandLink, Downlink, Key, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES};
 use fsw_core::telemetry::Report;
 use fsw_hal::LocalTime;
 use static_cell::StaticCell;
@@ -71,13 +70,13 @@ impl Commands {
 
     /// Tells the link what came of the second, and writes the link's reports; whether all could be written.
     #[inline(never)]
-    pub fn conclude(&mut self, report: &Report, parameters: &Parameters) -> bool {
+    pub fn conclude(&mut self, report: &Report, told: &Downlink) -> bool {
         self.link.conclude(report.command);
         self.link.log(report.cycle, &report.events);
         let now = LocalTime::from_us(report.local_us);
         let (mut buffer, mut written) = ([0; MAX_REPORT_BYTES], true);
         // Each turn takes a report off the link.
-        while let Some(report) = self.link.next_report(now, parameters, &mut buffer) {
+        while let Some(report) = self.link.next_report(now, told, &mut buffer) {
             written &= self.reports.write(report).is_ok();
         }
         written

@@ -149,7 +149,7 @@ pub fn fly(
         );
         let sent = telemetry::encode_next(&report, frame).is_ok_and(|bytes| output.write(bytes).is_ok());
         let reported =
-            commands.as_mut().is_none_or(|commands| commands.conclude(&report, sensor.parameters()));
+            commands.as_mut().is_none_or(|commands| commands.conclude(&report, &sensor.downlink()));
         flight.failed += u32::from(!sent || !reported);
     }
     Ok(flight)

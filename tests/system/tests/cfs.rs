@@ -167,7 +167,7 @@ fn fly(
         };
         stream.extend_from_slice(telemetry::encode_next(&report, &mut [0; MAX_FRAME_BYTES]).unwrap());
         let (now, mut buffer) = (LocalTime::from_us(report.local_us), [0; MAX_REPORT_BYTES]);
-        while let Some(packet) = link.next_report(now, sensor.parameters(), &mut buffer) {
+        while let Some(packet) = link.next_report(now, &sensor.downlink(), &mut buffer) {
             packets.extend_from_slice(packet);
         }
     }

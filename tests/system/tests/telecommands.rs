@@ -120,6 +120,7 @@ fn commands(recording: &mut Recording, wanted: &Parameters) -> Ground {
     // The Earth alone is left.
     ground.send(26, &Telecommand::Shutter(Some(OpenPaths::Earth)));
     ground.send(28, &Telecommand::Reacquire);
+    ground.send(30, &Telecommand::Spots);
     ground.send(31, &Telecommand::Restart);
     ground
 }
@@ -146,7 +147,7 @@ fn fly(
         link.log(report.cycle, &report.events);
         let now = LocalTime::from_us(report.local_us);
         let mut buffer = [0; MAX_REPORT_BYTES];
-        while let Some(packet) = link.next_report(now, sensor.parameters(), &mut buffer) {
+        while let Some(packet) = link.next_report(now, &sensor.downlink(), &mut buffer) {
             packets.push(packet.to_vec());
         }
         assert_eq!(link.command(), Command::Continue);

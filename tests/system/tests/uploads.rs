@@ -177,7 +177,8 @@ impl<'a> Session<'a> {
     fn reports(&mut self) -> Vec<(u8, u8, u16)> {
         let mut buffer = [0; MAX_REPORT_BYTES];
         let mut told = Vec::new();
-        while let Some(report) = self.link.next_report(LocalTime::default(), &self.parameters, &mut buffer) {
+        let told = Downlink { parameters: &self.parameters, image: LocalTime::default(), spots: &[] };
+        while let Some(report) = self.link.next_report(LocalTime::default(), &told, &mut buffer) {
             let reason = match report[8] {
                 2 | 8 => u16::from_be_bytes([report[24], report[25]]),
                 _ => 0,

@@ -184,6 +184,22 @@ fn telecommands_are_written_by_the_description_alone_to_the_byte() {
     }
 }
 
+/// At column 100.5 and row 10.25.
+const SPOT: Detection = Detection {
+    x_q16: 0x64_8000,
+    y_q16: 0x0A_4000,
+    flux: 40,
+    core_flux: 30,
+    sigma_q16: 0x600,
+    saturated: false,
+    extended: false,
+    drawn_px: 5,
+    blended: false,
+    repeated: true,
+    number: 7,
+    backdrop: 0,
+};
+
 #[test]
 fn the_command_links_reports_are_read_by_the_description_alone() {
     let (_, system) = description();
@@ -197,10 +213,11 @@ fn the_command_links_reports_are_read_by_the_description_alone() {
         let packet = ground::encode(&telecommand, &envelope, &mut buffer).unwrap().to_vec();
         let _ = link.receive(&packet);
     };
+    let told = Downlink { parameters: &parameters, image: LocalTime::from_us(12_000_000), spots: &[SPOT] };
     let now = LocalTime::from_us(12_500_000);
     let mut next = |link: &mut CommandLink| {
         let mut buffer = [0; MAX_REPORT_BYTES];
-        let packet = link.next_report(now, &parameters, &mut buffer)?.to_vec();
+        let packet = link.next_report(now, &told, &mut buffer)?.to_vec();
         let (kind, values) = decoder.decode("SpacePacket", &packet).unwrap();
         assert_eq!((&values["report-seconds"][0][..], &values["report-fraction"][0][..]), ("12", "0.5"));
         assert_eq!(values["ccsds-apid"], ["677"]);
@@ -242,6 +259,14 @@ fn the_command_links_reports_are_read_by_the_description_alone() {
         ("EventsPart", "0", "1")
     );
     assert_eq!(values["events-bytes"], ["0000004d060000"]);
+    // The spots of an image.
+    send(&mut link, 12, Telecommand::Spots);
+    assert_eq!(next(&mut link).unwrap().0, "Completed");
+    assert_eq!(next(&mut link).unwrap().0, "Accepted");
+    let (kind, values) = next(&mut link).unwrap();
+    assert_eq!((kind, &values["spots-image"][0][..]), ("SpotsPart", "12000000"));
+    assert_eq!(values["spots-left"], ["1"]);
+    assert_eq!(values["spots-bytes"], ["00648000000a40000000001e06000708"]);
 }
 
 #[test]

@@ -12,6 +12,7 @@ pub const SPOT: Detection = Detection {
     drawn_px: 0,
     blended: false,
     repeated: false,
+    number: 0,
     backdrop: 0,
 };
 
@@ -30,7 +31,7 @@ fn an_uneven_image_before_ground_is_doubted_once() {
     }
     detections.settle();
     let mut sigma_px = |x: i32| {
-        detections.mark_repeated(|_| false);
+        detections.mark_repeated(|_| None);
         detections.spots().iter().find(|spot| spot.x_q16 == x << 16).unwrap().sigma_px()
     };
     // The sky, sky as dark as that but for a sixty-fourth of full scale, ground under a star alone.

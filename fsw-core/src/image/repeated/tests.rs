@@ -62,9 +62,10 @@ fn what_is_new_in_each_image_keeps_its_order_by_brightness() {
     let mut repeated = Repeated::new();
     for _ in 0..200 {
         let mut seen = image((0..90).map(|k| (anywhere(&mut generator), 100 + k)));
-        let before: List<_> = seen.spots().to_vec();
+        let brightness = |seen: &Detections| seen.spots().iter().map(|spot| spot.flux).collect::<List<_>>();
+        let before = brightness(&seen);
         repeated.put_first(&mut seen);
-        assert_eq!(seen.spots(), before);
+        assert!(brightness(&seen) == before && !seen.spots().iter().any(|spot| spot.repeated));
     }
 }
 
@@ -79,5 +80,36 @@ fn stars_that_moved_farther_than_the_reach_are_new() {
             repeated.put_first(&mut seen);
         }
         assert!(seen.spots().iter().all(|spot| spot.repeated == is_repeated), "{shift}");
+    }
+}
+
+#[test]
+fn a_star_keeps_its_number_as_long_as_it_is_seen_and_no_other_has_it() {
+    let mut generator = Generator::new(8);
+    let stars: List<_> = (0..8).map(|_| anywhere(&mut generator)).collect();
+    let mut repeated = Repeated::new();
+    let mut numbers = [0; 8];
+    for second in 0..300 {
+        // One image of a hundred does not show the first star.
+        let hides = |k: usize| k == 0 && second % 100 == 99;
+        let at = |k: usize| [stars[k][0] + f64::from(second % 2), stars[k][1]];
+        let shown = (0..8).filter(|k| !hides(*k)).map(|k| (at(k), 100 + k as i32));
+        // A false star within 2 px of a star may be taken for it.
+        let beside = |[x, y]: &[f64; 2]| stars.iter().any(|star| (star[0] - x).hypot(star[1] - y) < 4.0);
+        let false_stars: List<_> =
+            (0..88).map(|_| anywhere(&mut generator)).filter(|at| !beside(at)).map(|at| (at, 900)).collect();
+        let mut seen = image(shown.chain(false_stars));
+        repeated.put_first(&mut seen);
+        let mut all: List<_> = seen.spots().iter().map(|spot| spot.number).collect();
+        all.sort_unstable();
+        assert!(all.first() > Some(&0) && all.windows(2).all(|pair| pair[0] < pair[1]), "{all:?}");
+        for (k, number) in numbers.iter_mut().enumerate() {
+            let Some(star) = seen.spots().iter().find(|spot| spot.flux == 100 + k as i32) else {
+                *number = 0;
+                continue;
+            };
+            assert!(*number == 0 || star.number == *number, "star {k} in second {second}");
+            *number = star.number;
+        }
     }
 }

@@ -62,6 +62,11 @@ const EVENTS: [Part; 2] = [
     ("events-left", 16, "Events that the log holds from that one on."),
 ];
 
+const SPOTS: [Part; 2] = [
+    ("spots-image", 64, "Local time of the image in which they were found, us."),
+    ("spots-left", 16, "Spots that are left from the first of this part on."),
+];
+
 /// What a report says.
 #[derive(Clone, Copy, PartialEq)]
 enum Says {
@@ -73,10 +78,12 @@ enum Says {
     Part,
     /// A part of the log of events.
     Events,
+    /// Some of the spots of an image.
+    Spots,
 }
 
 /// The reports: container, service, subservice, content, meaning.
-const REPORTS: [(&str, u8, u8, Says, &str); 6] = [
+const REPORTS: [(&str, u8, u8, Says, &str); 7] = [
     ("Accepted", 1, 1, Says::Request, "A telecommand was accepted."),
     ("NotAccepted", 1, 2, Says::Refusal, "A telecommand was refused when it arrived."),
     ("Completed", 1, 7, Says::Request, "A telecommand was done."),
@@ -89,6 +96,7 @@ const REPORTS: [(&str, u8, u8, Says, &str); 6] = [
         Says::Events,
         "A part of the log of events: of each its second (u32) and its three bytes.",
     ),
+    ("SpotsPart", 130, 4, Says::Spots, "Some of the spots that were found last."),
 ];
 
 /// Bytes of a part of the table, of the packet's length: what is behind secondary header, offset and length,
@@ -96,11 +104,13 @@ const REPORTS: [(&str, u8, u8, Says, &str); 6] = [
 const PART_BYTES_LESS: i32 = 14 + 4 + 2 - 1;
 /// The same of a part of the log.
 const EVENTS_BYTES_LESS: i32 = 14 + 6 + 2 - 1;
+/// The same of some spots.
+const SPOTS_BYTES_LESS: i32 = 14 + 10 + 2 - 1;
 /// The same of a telecommand: secondary header, version of the list, area, offset, checksum.
 const UP_BYTES_LESS: i32 = 5 + 1 + 1 + 4 + 2 - 1;
 
 fn all_parts() -> impl Iterator<Item = &'static Part> {
-    PRIMARY.iter().chain(&SECONDARY).chain(&REQUEST).chain(&TABLE).chain(&EVENTS)
+    [&PRIMARY[..], &SECONDARY, &REQUEST, &TABLE, &EVENTS, &SPOTS].into_iter().flatten()
 }
 
 /// The type of a part.
@@ -133,7 +143,8 @@ pub fn types(xml: &mut Xml) {
     let reasons = refusal::ALL.iter().zip(&names);
     let reasons = reasons.map(|(reason, name)| (reason.code().into(), &name[..], reason.words()));
     enumeration_type(xml, "reason", 16, reasons);
-    for (name, less) in [("table", PART_BYTES_LESS), ("events", EVENTS_BYTES_LESS)] {
+    let rests = [("table", PART_BYTES_LESS), ("events", EVENTS_BYTES_LESS), ("spots", SPOTS_BYTES_LESS)];
+    for (name, less) in rests {
         xml.element("BinaryParameterType", &[("name", name)], |xml| {
             xml.element("BinaryDataEncoding", &[], |xml| rest_of_packet(xml, less));
         });
@@ -192,6 +203,7 @@ pub fn parameters(xml: &mut Xml) {
     all_parts().for_each(|part| parameter(xml, part.0, &type_of(part), part.2));
     parameter(xml, "table-bytes", "table", "The part.");
     parameter(xml, "events-bytes", "events", "The events.");
+    parameter(xml, "spots-bytes", "spots", "The spots.");
     parameter(xml, "packet-checksum", CHECKSUM, "CRC-16 (CCITT, all ones at first) of all before.");
 }
 
@@ -229,6 +241,7 @@ pub fn containers(xml: &mut Xml) {
                     Says::Refusal => entries(xml, &names(&REQUEST)),
                     Says::Part => entries(xml, &[&names(&TABLE)[..], &["table-bytes"]].concat()),
                     Says::Events => entries(xml, &[&names(&EVENTS)[..], &["events-bytes"]].concat()),
+                    Says::Spots => entries(xml, &[&names(&SPOTS)[..], &["spots-bytes"]].concat()),
                 }
                 entries(xml, &["packet-checksum"]);
             });
