@@ -7,10 +7,12 @@
 //! | `frames.bin` | a frame a second with what gyro and magnetometer read ([`crate::formats::frames_file`]) |
 //! | `parameters.bin` | the parameter table for them ([`fsw_core::parameters`]) |
 //! | `telemetry.bin` | the host's telemetry for these frames, a stream ([`fsw_core::telemetry`]) |
+//! | `commands.bin` | what the [`ground`] sends meanwhile, where it sends anything |
 //!
 //! A picture is shown every second anew. Its focal length is refined first, as `solve` does, because the
 //! flight code is made for a calibrated camera; catalogue and calibration are those in the flight image.
 
+pub mod ground;
 pub mod mission;
 
 use crate::cli::RecordArguments;
@@ -23,12 +25,12 @@ use crate::formats::picture::Picture;
 use crate::harness::status::status_word;
 use crate::judge::expected::word;
 use crate::output::write_whole;
-use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
-use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
+use fsw_core::sensor::{Command, Instruments, Sensor};
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_core::telemetry::{self, Report};
 use fsw_hal::{Detector, DetectorGeometry, Instant, LocalTime};
+use ground::Ground;
 use mission::Flight;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -45,6 +47,8 @@ pub struct RecordingFiles {
     pub parameters: PathBuf,
     /// The host's telemetry.
     pub telemetry: PathBuf,
+    /// What the ground sends.
+    pub commands: PathBuf,
 }
 
 impl RecordingFiles {
@@ -55,28 +59,9 @@ impl RecordingFiles {
             frames: file("frames.bin"),
             parameters: file("parameters.bin"),
             telemetry: file("telemetry.bin"),
+            commands: file("commands.bin"),
         }
     }
-}
-
-/// Flies recorded frames on the host and gives its reports.
-///
-/// # Errors
-/// When the frames cannot be read or the flight code refuses the parameters.
-pub fn fly(frames: &Path, parameters: Parameters) -> Result<Vec<Report>, HostError> {
-    let mut recording = Recording::load(frames)?;
-    let mut workspace = Box::new(Workspace::new());
-    let catalogue = flight::open(catalog_gen::REFERENCE)?;
-    // As in the flight image: its own calibration, where the parameters name one.
-    let calibration = Calibration::open(flight::REFERENCE_CALIBRATION).ok();
-    let calibration = calibration.filter(|_| parameters.imaging.calibration_crc != 0);
-    let mut sensor = flight::sensor(catalogue, calibration, parameters, &mut workspace).map_err(|error| {
-        HostError::usage(format!("the flight code refuses to start ({error:?})"), "report this")
-    })?;
-    let seconds = recording.len();
-    Ok((0..seconds)
-        .map(|second| fly_second(&mut sensor, &mut recording, second, Command::Continue))
-        .collect())
 }
 
 /// A recorded second of a sensor, with what was read beside the detector.
@@ -94,14 +79,14 @@ pub fn fly_second(sensor: &mut Sensor, recording: &mut Recording, second: usize,
     sensor.cycle(&mut instruments, command)
 }
 
-/// Records the frames that `draw` writes, the table, and the host's telemetry, into a folder that exists or
-/// is made.
+/// Records the frames that `draw` writes, the table, what the ground sends, and the host's telemetry, into a
+/// folder that exists or is made.
 ///
 /// # Errors
 /// When a file cannot be written.
 pub fn record(
-    geometry: DetectorGeometry,
-    parameters: Parameters,
+    (geometry, parameters): (DetectorGeometry, Parameters),
+    ground: &Ground,
     folder: &Path,
     draw: impl FnOnce(&mut FramesWriter) -> Result<(), HostError>,
 ) -> Result<(RecordingFiles, Vec<Report>), HostError> {
@@ -113,7 +98,10 @@ pub fn record(
     writer.finish()?;
     let mut table = [0; MAX_TABLE_BYTES];
     write_whole(&files.parameters, parameters.encode(&mut table).map_err(encoding_fault)?)?;
-    let reports = fly(&files.frames, parameters)?;
+    if !ground.packets.is_empty() {
+        write_whole(&files.commands, &ground.file())?;
+    }
+    let (reports, _) = ground::fly(&mut Recording::load(&files.frames)?, parameters, ground)?;
     let mut stream = Vec::new();
     let mut buffer = [0; telemetry::MAX_FRAME_BYTES];
     for report in &reports {
@@ -128,8 +116,7 @@ pub fn record(
 /// # Errors
 /// When its clips need different instruments, or a file cannot be written.
 pub fn record_flight(flight: &Flight, folder: &Path) -> Result<(RecordingFiles, Vec<Report>), HostError> {
-    let (geometry, parameters) = flight.instrument()?;
-    record(geometry, parameters, folder, |writer| flight.draw(writer))
+    record(flight.instrument()?, &flight.ground()?, folder, |writer| flight.draw(writer))
 }
 
 /// Records a picture, shown every second anew.
@@ -139,7 +126,7 @@ fn record_picture(
     seconds: u32,
     folder: &Path,
 ) -> Result<(RecordingFiles, Vec<Report>), HostError> {
-    record(picture.geometry(), parameters, folder, |writer| {
+    record((picture.geometry(), parameters), &Ground::default(), folder, |writer| {
         for second in 0..seconds {
             let us = i64::from(second) * 1_000_000;
             let instant = Instant::new(LocalTime::from_us(us), us);

@@ -1,8 +1,8 @@
 //! Calls of counted functions: how many, what they took, and the dearest.
 //!
 //! In: blocks in the order they run, and the work so far. Out: [`Calls`] of each function in each stage that
-//! ran. A call ends where its caller goes on, so what the function calls is in it. One that is jumped to, from
-//! the end of another function, is counted and not timed.
+//! ran. A call ends where its caller goes on, so what the function calls is in it. One that is jumped to,
+//! from the end of another function, is counted and not timed.
 
 use crate::block::{Block, Work};
 use std::collections::BTreeMap;

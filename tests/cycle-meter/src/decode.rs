@@ -57,7 +57,7 @@ impl Instruction {
     /// Whether it calls a function: BL, or BLX of a register.
     pub const fn is_call(self) -> bool {
         if self.length() == 2 {
-            bits(self.first, 15, 7) == 0b0100_0111_1
+            bits(self.first, 15, 7) == 0x8f
         } else {
             bits(self.first, 15, 11) == 0b11110
                 && bits(self.second, 15, 14) == 0b11

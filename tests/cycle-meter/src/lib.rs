@@ -2,10 +2,10 @@
 //!
 //! A plugin for QEMU 7.2 (TCG plugin interface, version 1), loaded by `-plugin
 //! libcycle_meter.so,elf=IMAGE,out=FILE[,refill=P][,count=NAME+NAME]`. In: the image, for its code and the
-//! addresses of the marks `cycle_begin`, `cycle_end`, `stage_begin`, `stage_end`, `STAGE_MARKS`, `pause_begin`
-//! and `pause_end`, and of the functions to be counted, a name being `room::function`. Out: one JSON file at
-//! exit ([`report`]): what every cycle, every stage and in it the counted functions took, pauses left out, in
-//! instructions and in cycles of a model.
+//! addresses of the marks `cycle_begin`, `cycle_end`, `stage_begin`, `stage_end`, `STAGE_MARKS`,
+//! `pause_begin` and `pause_end`, and of the functions to be counted, a name being `room::function`. Out: one
+//! JSON file at exit ([`report`]): what every cycle, every stage and in it the counted functions took, pauses
+//! left out, in instructions and in cycles of a model.
 //!
 //! # The model
 //!
@@ -22,8 +22,8 @@
 //!
 //! What a flash with wait states would add is counted beside the cycles, as `waits`: each line of 16 bytes of
 //! code that is entered from another place, and each word that is loaded, as if it lay in flash. Cycles at W
-//! wait states are at most `cycles + W waits`, without cache and prefetch, and whatever the lines' length from
-//! 16 bytes on.
+//! wait states are at most `cycles + W waits`, without cache and prefetch, and whatever the lines' length
+//! from 16 bytes on.
 //!
 //! # What it cannot see
 //!
