@@ -49,7 +49,7 @@ fn every_mode_the_widest_limb_and_a_storm_give_the_hosts_telemetry_and_keep_the_
     let errors = String::from_utf8_lossy(&output.stderr);
     let budget = json_lines(&output).pop().unwrap_or_else(|| panic!("no table: {errors}"));
     println!("{budget:#}");
-    let seconds = Value::from(208 + 166 + 12 + 14 + 54);
+    let seconds = Value::from(208 + 166 + 12 + 14 + 54 + 48);
     assert_eq!((&budget["seconds"], &budget["telemetry_identical"]), (&seconds, &Value::from(true)));
     assert!(output.status.success(), "a limit is overrun: {budget:#}");
     let stack = |key: &str| budget[key].as_u64().expect(key);
@@ -63,6 +63,14 @@ fn every_mode_the_widest_limb_and_a_storm_give_the_hosts_telemetry_and_keep_the_
         assert!(used > 10_000, "{mode}: the meter counted");
         assert!(used <= budget["modes"][mode]["limit_cycles"].as_u64().unwrap());
         assert!(used <= budget["modes"][mode]["bound_cycles"].as_u64().expect("a bound"));
+    }
+    for (stage, bound) in budget["bounds"].as_object().expect("a bound of each stage") {
+        assert!(bound["worst_cycles"].as_u64() <= bound["bound_cycles"].as_u64(), "{stage}");
+        let reckoned = bound["reckoned"].as_array().expect("names");
+        for (name, cap) in bound["caps"].as_object().expect("caps") {
+            let reached = bound["reached"][name].as_u64().expect("a count") >= cap.as_u64().expect("a cap");
+            assert!(reached || reckoned.iter().any(|other| other == name), "{stage}: {name}");
+        }
     }
     let stages = |mode: &str| budget["modes"][mode]["stages"].as_object().unwrap().clone();
     for stage in ["predict", "windows", "confirm", "limb", "centre", "orbit"] {
