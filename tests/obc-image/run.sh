@@ -7,7 +7,8 @@
 # OBC_MACHINE=mps2-an500 in the environment is a Cortex-M7; the default, mps2-an386, a Cortex-M4F.
 # With BAD_PIXELS=FILE that table of bad pixels (`cargo sil defects`) lies in the memory for what is sent up.
 # With CYCLE_METER=FILE in the environment the cycle meter (`cargo build --release -p cycle-meter`) writes its counts there,
-# and with STACK_DEPTH=FILE the stack analysis (`cargo build --release -p stack-depth`) writes its line there.
+# and with CYCLE_METER_COUNT=NAME+NAME the calls of these functions (`room::function`) as well;
+# with STACK_DEPTH=FILE the stack analysis (`cargo build --release -p stack-depth`) writes its line there.
 set -eu
 
 fail() {
@@ -48,7 +49,7 @@ fi
 if [ -n "${CYCLE_METER:-}" ]; then
     meter=$release/libcycle_meter.so
     [ -e "$meter" ] || fail "$meter: not built (cargo build --release -p cycle-meter)"
-    set -- "$@" -plugin "$meter,elf=$image,out=$CYCLE_METER"
+    set -- "$@" -plugin "$meter,elf=$image,out=$CYCLE_METER${CYCLE_METER_COUNT:+,count=$CYCLE_METER_COUNT}"
 fi
 
 status=0

@@ -4,7 +4,7 @@
 //!
 //! A ring keeps [`FIXES`] fixes, thinned: when it is full every second one is dropped and the least time
 //! between two is doubled, up to `LONGEST_SPACING_US`; then the oldest one goes. Least squares over the
-//! ring, with the latest fix where it is not full, `FIXES_A_CALL` fixes of an iteration a call, whether
+//! ring, with the latest fix where it is not full, [`FIXES_A_CALL`] fixes of an iteration a call, whether
 //! there is a new fix or not: the first iteration on Lagrange's series `r = f r0 + g v0`, which is linear,
 //! the others by propagation and its transition (differential correction). A fix that disagrees by `x²` has
 //! the weight `1 / (1 + x² / 12)` (Cauchy), from the fourth iteration on none beyond `GATE`.
@@ -45,7 +45,7 @@ const LONGEST_GAP_US: i64 = SPANS as i64 * MAX_SPAN_US;
 /// Iterations of a trial.
 const ITERATIONS: u8 = 7;
 /// Fixes of an iteration that a call sums up, so that it costs 0.7 M cycles.
-const FIXES_A_CALL: usize = 2;
+pub const FIXES_A_CALL: usize = 2;
 /// Calls of [`Beginning::proceed`] that a trial takes at most: the last one tests.
 pub const CALLS_OF_A_TRIAL: usize = ITERATIONS as usize * (FIXES + 1).div_ceil(FIXES_A_CALL) + 1;
 /// Normalised square, three degrees of freedom, beyond which a fix is an outlier: 0.1 % of good ones are.

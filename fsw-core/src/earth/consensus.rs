@@ -19,7 +19,7 @@ pub const MAX_TRIPLETS: u32 = 64;
 /// was none is `exp(-6.9)`, 1e-3.
 const EXPECTED_GOOD: f32 = 6.9;
 /// Refits to the inliers; the second includes inliers gained by the first.
-const ROUNDS: usize = 2;
+pub const ROUNDS: usize = 2;
 /// Least sine of the Sun's elevation at a limb point: the air a scale height and more above the ground is
 /// lit after sunset.
 const LEAST_SUN_SINE: f32 = -0.05;

@@ -21,7 +21,7 @@ use super::limb_model::LimbModel;
 use super::view::ExpectedLimb;
 use super::{EarthParameters, Ground, LimbPoint};
 use fsw_hal::{DetectorGeometry, Window};
-use fsw_pixels::lines::LINES;
+use fsw_pixels::lines::{LINES, RUN};
 
 mod lines;
 mod without_sun;
@@ -32,6 +32,8 @@ pub use without_sun::crossing_without_sun;
 pub const BREADTH: usize = LINES;
 /// Longest strip, px.
 pub const MAX_LENGTH: usize = 161;
+/// Runs of places in which the longest one is averaged.
+pub const MAX_RUNS: usize = MAX_LENGTH.div_ceil(RUN);
 
 /// Middle line.
 const MIDDLE: i32 = (BREADTH as i32 - 1) / 2;

@@ -2,7 +2,7 @@
 //!
 //! Builds the flight image and the cycle meter, records the
 //! [mission](crate::commands::record::mission) through every mode, the widest limb, a storm of protons, one
-//! in a crowded field and a sunrise with a gyro, flies them in the emulator and prints, per mode and stage,
+//! in a crowded field, a sunrise with a gyro and a shut star path, flies them in the emulator and prints, per mode and stage,
 //! the worst cycles observed, the cycles at the caps (`bounds`), flash, static RAM and stack. The stack is
 //! the deeper of two: the deepest path through the calls of the machine code (`tests/stack-depth`, which also
 //! proves that nothing calls itself and no call's target is unknown), and what was touched. Status 1 when a
@@ -13,17 +13,18 @@
 //!
 //! What stars and Earth cost of a second, several stages each, is held against limits of its own, in
 //! acquisition too where the limb is predicted: the first strips after a search are as long as strips can be.
-//! A row is a mode. Two kinds of seconds have rows of their own, whatever their mode, and the limit of
-//! acquisition: those in which the whole detector is searched for the Earth, and those in which the orbit
-//! crosses a jump of the clock.
+//! A row is a mode. Three kinds of seconds have rows of their own, whatever their mode, and the limit of
+//! acquisition: those in which the whole detector is searched for the Earth, those of a Sun outage in which it
+//! is searched for stars, and those in which the orbit crosses a jump of the clock.
 
 mod bounds;
 mod flown;
 mod limits;
+mod loops;
 mod table;
 
 use crate::cli::BudgetArguments;
-use crate::commands::record::mission::{CROWD, GYRO, MISSION, STORM, WIDE_LIMB};
+use crate::commands::record::mission::{CROWD, EARTH_ALONE, GYRO, MISSION, STORM, WIDE_LIMB};
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::json;
 use bounds::Bounds;
@@ -36,6 +37,7 @@ const EVERY_MODE: &str = "every mode";
 const WIDEST_LIMB: &str = "widest limb";
 const PROTON_STORM: &str = "storm";
 const CROWDED_FIELD: &str = "crowd";
+const STARLESS: &str = "Earth alone";
 
 /// Runs the command.
 ///
@@ -53,8 +55,10 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
         (PROTON_STORM, STORM),
         (CROWDED_FIELD, CROWD),
         ("gyro", GYRO),
+        (STARLESS, EARTH_ALONE),
     ];
-    let flights = flights.iter().map(|(name, flight)| fly(&root, (name, flight), &folder));
+    let counted = loops::counted_functions();
+    let flights = flights.iter().map(|(name, flight)| fly(&root, (name, flight), &folder, &counted));
     let flights: Result<Vec<Flown>, HostError> = flights.collect();
     let _ = std::fs::remove_dir_all(&folder);
     let mut flights = flights?;

@@ -8,10 +8,12 @@
 //! | `parameters.bin` | the parameter table for them ([`fsw_core::parameters`]) |
 //! | `bad-pixels.bin` | the detector's defects as they are known on board ([`crate::formats::defects_file`]) |
 //! | `telemetry.bin` | the host's telemetry for these frames, a stream ([`fsw_core::telemetry`]) |
+//! | `commands.bin` | what the [`ground`] sends meanwhile, where it sends anything |
 //!
 //! A picture is shown every second anew. Its focal length is refined first, as `solve` does, because the
 //! flight code is made for a calibrated camera; catalogue and calibration are those in the flight image.
 
+pub mod ground;
 pub mod mission;
 
 use crate::cli::RecordArguments;
@@ -26,12 +28,12 @@ use crate::harness::corrected;
 use crate::harness::status::status_word;
 use crate::judge::expected::word;
 use crate::output::write_whole;
-use fsw_core::image::calibration::Calibration;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
-use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
+use fsw_core::sensor::{Command, Instruments, Sensor};
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_core::telemetry::{self, Report};
 use fsw_hal::{Detector, DetectorGeometry, Instant, LocalTime};
+use ground::Ground;
 use mission::Flight;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -61,6 +63,8 @@ pub struct RecordingFiles {
     pub bad_pixels: PathBuf,
     /// The host's telemetry.
     pub telemetry: PathBuf,
+    /// What the ground sends.
+    pub commands: PathBuf,
 }
 
 impl RecordingFiles {
@@ -72,28 +76,9 @@ impl RecordingFiles {
             parameters: file("parameters.bin"),
             bad_pixels: file("bad-pixels.bin"),
             telemetry: file("telemetry.bin"),
+            commands: file("commands.bin"),
         }
     }
-}
-
-/// Flies recorded frames on the host and gives its reports.
-///
-/// # Errors
-/// When the frames cannot be read or the flight code refuses parameters or defects.
-pub fn fly(frames: &Path, parameters: Parameters, defects: &[u8]) -> Result<Vec<Report>, HostError> {
-    let mut recording = Recording::load(frames)?;
-    let mut workspace = Box::new(Workspace::new());
-    let catalogue = flight::open(catalog_gen::REFERENCE)?;
-    // As in the flight image: its own calibration, where the parameters name one.
-    let calibration = Calibration::open(flight::REFERENCE_CALIBRATION).ok();
-    let calibration = calibration.filter(|_| parameters.imaging.calibration_crc != 0);
-    let mut sensor = flight::sensor(catalogue, calibration, parameters, &mut workspace).map_err(|error| {
-        HostError::usage(format!("the flight code refuses to start ({error:?})"), "report this")
-    })?;
-    let seconds = recording.len();
-    (0..seconds)
-        .map(|second| fly_second(&mut sensor, (&mut recording, defects), second, Command::Continue))
-        .collect()
 }
 
 /// A recorded second of a sensor, with what was read beside the detector.
@@ -119,26 +104,30 @@ pub fn fly_second(
     Ok(sensor.cycle(&mut instruments, command))
 }
 
-/// Records the frames that `draw` writes, the table, and the host's telemetry, into a folder that exists or
-/// is made.
+/// Records the frames that `draw` writes, the table, what the ground sends, and the host's telemetry, into a
+/// folder that exists or is made.
 ///
 /// # Errors
 /// When a file cannot be written.
 pub fn record(
-    Instrument { geometry, parameters, defects }: &Instrument,
+    instrument: &Instrument,
+    ground: &Ground,
     folder: &Path,
     draw: impl FnOnce(&mut FramesWriter) -> Result<(), HostError>,
 ) -> Result<(RecordingFiles, Vec<Report>), HostError> {
     std::fs::create_dir_all(folder)
         .map_err(|error| HostError::system(folder, "made", &error, "give another folder"))?;
     let files = RecordingFiles::within(folder);
-    let mut writer = FramesWriter::create(&files.frames, *geometry)?;
+    let mut writer = FramesWriter::create(&files.frames, instrument.geometry)?;
     draw(&mut writer)?;
     writer.finish()?;
     let mut table = [0; MAX_TABLE_BYTES];
-    write_whole(&files.parameters, parameters.encode(&mut table).map_err(encoding_fault)?)?;
-    write_whole(&files.bad_pixels, defects)?;
-    let reports = fly(&files.frames, *parameters, defects)?;
+    write_whole(&files.parameters, instrument.parameters.encode(&mut table).map_err(encoding_fault)?)?;
+    write_whole(&files.bad_pixels, &instrument.defects)?;
+    if !ground.packets.is_empty() {
+        write_whole(&files.commands, &ground.file())?;
+    }
+    let (reports, _) = ground::fly(&mut Recording::load(&files.frames)?, instrument, ground)?;
     let mut stream = Vec::new();
     let mut buffer = [0; telemetry::MAX_FRAME_BYTES];
     for report in &reports {
@@ -153,7 +142,7 @@ pub fn record(
 /// # Errors
 /// When its clips need different instruments, or a file cannot be written.
 pub fn record_flight(flight: &Flight, folder: &Path) -> Result<(RecordingFiles, Vec<Report>), HostError> {
-    record(&flight.instrument()?, folder, |writer| flight.draw(writer))
+    record(&flight.instrument()?, &flight.ground()?, folder, |writer| flight.draw(writer))
 }
 
 /// Records a picture, shown every second anew.
@@ -165,7 +154,7 @@ fn record_picture(
 ) -> Result<(RecordingFiles, Vec<Report>), HostError> {
     let geometry = picture.geometry();
     let defects = defects_file::table([geometry.width_px, geometry.height_px], &[], &[]);
-    record(&Instrument { geometry, parameters, defects }, folder, |writer| {
+    record(&Instrument { geometry, parameters, defects }, &Ground::default(), folder, |writer| {
         for second in 0..seconds {
             let us = i64::from(second) * 1_000_000;
             let instant = Instant::new(LocalTime::from_us(us), us);

@@ -62,6 +62,8 @@ pub struct Block {
     pub work: Work,
     /// The mark it belongs to, and whether it begins it.
     pub mark: Option<(Mark, bool)>,
+    /// The counted function that it begins.
+    pub counted: Option<usize>,
 }
 
 impl Block {
@@ -81,6 +83,7 @@ impl Block {
             (last, next) = (instruction, address + u64::from(instruction.length()));
         }
         work.waits += (next - 1) / LINE - start / LINE + 1;
-        Some(Self { start, next, first, last, work, mark: image.mark(start) })
+        let (mark, counted) = (image.mark(start), image.counted(start));
+        Some(Self { start, next, first, last, work, mark, counted })
     }
 }

@@ -12,6 +12,7 @@
 
 use crate::{
     block::{Block, Work, in_one_line},
+    calls::{CallCounter, Calls},
     image::Mark,
 };
 use std::collections::BTreeMap;
@@ -32,6 +33,8 @@ pub struct Cycle {
     pub work: Work,
     /// Its stages by number.
     pub stages: BTreeMap<u64, Stage>,
+    /// Calls of counted functions, by stage and the function's number.
+    pub calls: BTreeMap<(u64, usize), Calls>,
 }
 
 /// A cycle that runs.
@@ -39,6 +42,7 @@ pub struct Cycle {
 struct Running {
     cycle: Cycle,
     begun: BTreeMap<u64, Work>,
+    calls: CallCounter,
 }
 
 /// The sums.
@@ -90,7 +94,11 @@ impl Counter {
                         && in_one_line(previous.next - 1, block.start)
                 });
                 let sum = match &mut self.running {
-                    Some(running) => Some(&mut running.cycle.work),
+                    Some(running) => {
+                        let stages: Vec<_> = running.begun.keys().copied().collect();
+                        running.calls.enter(block, self.previous.as_ref(), &stages, running.cycle.work);
+                        Some(&mut running.cycle.work)
+                    }
                     None if self.cycles.is_empty() => Some(&mut self.start),
                     None => None,
                 };
@@ -179,7 +187,7 @@ impl Counter {
 
     fn end(&mut self) {
         if let Some(running) = self.running.take() {
-            self.cycles.push(running.cycle);
+            self.cycles.push(Cycle { calls: running.calls.finish(), ..running.cycle });
         }
     }
 }
@@ -199,6 +207,7 @@ mod tests {
             last: nop,
             work,
             mark: mark.map(|mark| (mark, true)),
+            counted: None,
         }
     }
 

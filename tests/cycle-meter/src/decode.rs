@@ -54,6 +54,17 @@ impl Instruction {
         if self.length() == 2 { short_cycles(self.first) } else { long_cycles(self.first, self.second) }
     }
 
+    /// Whether it calls a function: BL, or BLX of a register.
+    pub const fn is_call(self) -> bool {
+        if self.length() == 2 {
+            bits(self.first, 15, 7) == 0x8f
+        } else {
+            bits(self.first, 15, 11) == 0b11110
+                && bits(self.second, 15, 14) == 0b11
+                && bits(self.second, 12, 12) == 1
+        }
+    }
+
     /// Words that it loads from memory; a part of a word counts whole.
     pub const fn loads(self) -> u32 {
         if self.length() == 2 { short_loads(self.first) } else { long_loads(self.first, self.second) }

@@ -1,6 +1,7 @@
 //! The flight image as the meter needs it: instructions by address, and the marks.
 //!
-//! In: the bytes of the ELF file. Out: halfwords of its loaded segments and the address ranges of the marks.
+//! In: the bytes of the ELF file, and the names of functions to be counted. Out: halfwords of its loaded
+//! segments, the address ranges of the marks, and where those functions begin.
 //! Instructions are read here and not from the emulator, which gives a wrong length for one that straddles a
 //! page.
 
@@ -43,15 +44,39 @@ pub struct Image {
     segments: Vec<(u64, Vec<u8>)>,
     marks: Vec<(Mark, Range<u64>)>,
     stage_table: Range<u64>,
+    /// Address of each copy of a counted function, and the function's number.
+    counted: Vec<(u64, usize)>,
+}
+
+/// Whether a symbol is that of a function, `name` being the last parts of its path: each part stands behind
+/// its length, and what may follow is the hash.
+fn is_named(symbol: &str, name: &str) -> bool {
+    let parts = name.split("::").map(|part| part.replace("{{", "_$u7b$$u7b$").replace("}}", "$u7d$$u7d$"));
+    let path: String = parts.map(|part| format!("{}{part}", part.len())).collect();
+    symbol.split_once(&path).is_some_and(|(_, rest)| rest == "E" || rest.starts_with("17h"))
+}
+
+/// Where every copy of the functions of these names begins, with the number of its name.
+fn begins(file: &object::File, names: &[String]) -> Result<Vec<(u64, usize)>, String> {
+    let mut begins = Vec::new();
+    for (number, name) in names.iter().enumerate() {
+        let named = |symbol: &object::Symbol| symbol.name().is_ok_and(|symbol| is_named(symbol, name));
+        let copies = file.symbols().filter(|symbol| symbol.is_definition() && named(symbol));
+        begins.extend(copies.map(|symbol| (symbol.address() & !1, number)));
+        if begins.last().is_none_or(|(_, last)| *last != number) {
+            return Err(format!("no function `{name}`"));
+        }
+    }
+    Ok(begins)
 }
 
 impl Image {
-    /// Reads an ELF file.
+    /// Reads an ELF file, in which the functions `counted` are to be found.
     ///
     /// # Errors
-    /// One line that says what is wrong: no ELF file, or a cycle's mark is missing. The others may be
-    /// missing.
-    pub fn parse(bytes: &[u8]) -> Result<Self, String> {
+    /// One line that says what is wrong: no ELF file, a cycle's mark is missing, or a function to be counted.
+    /// The other marks may be missing.
+    pub fn parse(bytes: &[u8], counted: &[String]) -> Result<Self, String> {
         let file = object::File::parse(bytes).map_err(|error| error.to_string())?;
         let mut segments = Vec::new();
         for segment in file.segments() {
@@ -73,7 +98,12 @@ impl Image {
         }
         let table = file.symbols().find(|symbol| symbol.name() == Ok(STAGE_TABLE));
         let stage_table = table.map_or(0..0, |symbol| symbol.address()..symbol.address() + symbol.size());
-        Ok(Self { segments, marks, stage_table })
+        Ok(Self { segments, marks, stage_table, counted: begins(&file, counted)? })
+    }
+
+    /// The number of the counted function that begins at `address`.
+    pub fn counted(&self, address: u64) -> Option<usize> {
+        self.counted.iter().find(|(begin, _)| *begin == address).map(|(_, number)| *number)
     }
 
     /// The instruction at `address`; `None` outside the loaded segments.
@@ -99,5 +129,22 @@ impl Image {
             let offset = usize::try_from(address.checked_sub(*start)?).ok()?;
             bytes.get(offset..)?.first_chunk::<2>().map(|pair| u16::from_le_bytes(*pair))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_function_is_known_by_the_last_parts_of_its_path() {
+        const HASH: &str = "17h0123456789abcdefE";
+        let named = |path: &str, name: &str| is_named(&format!("_ZN{path}{HASH}"), name);
+        let path = "8fsw_core5earth9consensus10inliers_of";
+        assert!(named(path, "consensus::inliers_of") && named(path, "inliers_of"));
+        assert!(!named(path, "arcs::inliers_of") && !named(path, "consensus") && !named(path, "of"));
+        assert!(is_named("_ZN4room8functionE", "room::function"));
+        assert!(named("4rays3Ray3new28_$u7b$$u7b$closure$u7d$$u7d$", "Ray::new::{{closure}}"));
+        assert!(!named("4rays3Ray3new28_$u7b$$u7b$closure$u7d$$u7d$", "Ray::new"));
     }
 }

@@ -1,10 +1,11 @@
 //! Counts the flight image's instructions and cycles, cycle by cycle, from outside the emulated processor.
 //!
 //! A plugin for QEMU 7.2 (TCG plugin interface, version 1), loaded by `-plugin
-//! libcycle_meter.so,elf=IMAGE,out=FILE[,refill=P]`. In: the image, for its code and the addresses of the
-//! marks `cycle_begin`, `cycle_end`, `stage_begin`, `stage_end`, `STAGE_MARKS`, `pause_begin` and
-//! `pause_end`. Out: one JSON file at exit ([`report`]): what every cycle and every stage took, pauses left
-//! out, in instructions and in cycles of a model.
+//! libcycle_meter.so,elf=IMAGE,out=FILE[,refill=P][,count=NAME+NAME]`. In: the image, for its code and the
+//! addresses of the marks `cycle_begin`, `cycle_end`, `stage_begin`, `stage_end`, `STAGE_MARKS`,
+//! `pause_begin` and `pause_end`, and of the functions to be counted, a name being `room::function`. Out: one
+//! JSON file at exit ([`report`]): what every cycle, every stage and in it the counted functions took, pauses
+//! left out, in instructions and in cycles of a model.
 //!
 //! # The model
 //!
@@ -21,8 +22,8 @@
 //!
 //! What a flash with wait states would add is counted beside the cycles, as `waits`: each line of 16 bytes of
 //! code that is entered from another place, and each word that is loaded, as if it lay in flash. Cycles at W
-//! wait states are at most `cycles + W waits`, without cache and prefetch, and whatever the lines' length from
-//! 16 bytes on.
+//! wait states are at most `cycles + W waits`, without cache and prefetch, and whatever the lines' length
+//! from 16 bytes on.
 //!
 //! # What it cannot see
 //!
@@ -33,11 +34,12 @@
 //! # Rooms
 //!
 //! [`decode`] knows what an instruction costs, [`image`] finds instructions and marks in the ELF, [`block`]
-//! sums a block of straight code, [`count`] adds blocks up between marks, [`report`] writes the JSON, and
-//! `plugin` is the door to QEMU, which holds all `unsafe`.
+//! sums a block of straight code, [`count`] adds blocks up between marks, [`calls`] counts and times calls,
+//! [`report`] writes the JSON, and `plugin` is the door to QEMU, which holds all `unsafe`.
 #![deny(unsafe_code)]
 
 pub mod block;
+pub mod calls;
 pub mod count;
 pub mod decode;
 pub mod image;

@@ -68,6 +68,8 @@ pub static qemu_plugin_version: c_int = 1;
 struct Meter {
     image: Image,
     out: PathBuf,
+    /// Names of the counted functions, by their numbers.
+    counted: Vec<String>,
     counter: Mutex<Counter>,
 }
 
@@ -79,23 +81,28 @@ impl Meter {
         self.counter.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// From the plugin's arguments `elf=IMAGE`, `out=FILE` and, if wanted, `refill=CYCLES`.
+    /// From the plugin's arguments `elf=IMAGE`, `out=FILE` and, if wanted, `refill=CYCLES` and
+    /// `count=FUNCTION+FUNCTION`.
     fn from_arguments(arguments: impl Iterator<Item = String>) -> Result<Self, String> {
-        let (mut elf, mut out, mut refill_cycles) = (None, None, 2);
+        let (mut elf, mut out, mut refill_cycles, mut counted) = (None, None, 2, Vec::new());
         for argument in arguments {
             match argument.split_once('=') {
                 Some(("elf", path)) => elf = Some(PathBuf::from(path)),
                 Some(("out", path)) => out = Some(PathBuf::from(path)),
                 Some(("refill", number)) => refill_cycles = number.parse().map_err(|_| argument.clone())?,
+                Some(("count", names)) => counted = names.split('+').map(str::to_owned).collect(),
                 _ => return Err(format!("unknown argument `{argument}`")),
             }
         }
         let (Some(elf), Some(out)) = (elf, out) else {
-            return Err("usage: -plugin libcycle_meter.so,elf=IMAGE,out=FILE[,refill=CYCLES]".to_owned());
+            return Err(
+                "usage: -plugin libcycle_meter.so,elf=IMAGE,out=FILE[,refill=CYCLES][,count=NAME+NAME]"
+                    .to_owned(),
+            );
         };
         let bytes = std::fs::read(&elf).map_err(|error| format!("{}: {error}", elf.display()))?;
-        let image = Image::parse(&bytes).map_err(|error| format!("{}: {error}", elf.display()))?;
-        Ok(Self { image, out, counter: Mutex::new(Counter::new(refill_cycles)) })
+        let image = Image::parse(&bytes, &counted).map_err(|error| format!("{}: {error}", elf.display()))?;
+        Ok(Self { image, out, counted, counter: Mutex::new(Counter::new(refill_cycles)) })
     }
 }
 
@@ -198,7 +205,7 @@ extern "C" fn stage_end_reads(_processor: c_uint, _info: u32, address: u64, _dat
 /// The emulation ends: write the report.
 extern "C" fn at_exit(_id: u64, _data: *mut c_void) {
     let Some(meter) = METER.get() else { return };
-    let report = report::json(&meter.counter());
+    let report = report::json(&meter.counter(), &meter.counted);
     if let Err(error) = std::fs::write(&meter.out, report) {
         eprintln!("cycle-meter: {}: {error}", meter.out.display());
     }

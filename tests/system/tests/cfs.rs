@@ -2,7 +2,6 @@
 //! a restart between; and the library by CMake.
 
 use crate::c_face::host_library;
-use crate::telecommands::{APID, Ground, KEY, orbit};
 use fsw_core::catalog::Catalogue;
 use fsw_core::command::{Command, CommandLink, CommandOutcome, MAX_REPORT_BYTES, Refusal, Telecommand};
 use fsw_core::image::calibration::Calibration;
@@ -10,6 +9,7 @@ use fsw_core::sensor::{Sensor, Workspace};
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
 use fsw_hal::LocalTime;
 use serde_json::{Value, json};
+use sil_host::commands::record::ground::{APID, Ground, KEY};
 use sil_host::commands::record::mission::{Clip, Flight, GYRO, MISSION};
 use sil_host::commands::record::{Instrument, fly_second, record_flight};
 use sil_host::flight;
@@ -178,9 +178,9 @@ fn fly(
 fn an_orbit_goes_on_when_cfe_starts_the_app_again() {
     let folder = record(&RESTARTED, "cfs-restarted");
     let mut recording = Recording::load(&folder.join("frames.bin")).unwrap();
-    let mut ground = Ground { packets: Vec::new() };
-    ground.send(5, &Telecommand::Orbit(orbit(&RESTARTED, &mut recording, 4)));
-    ground.send(20, &Telecommand::Reacquire);
+    let mut ground = Ground::default();
+    ground.send(5, &Telecommand::Orbit(RESTARTED.orbit(4).unwrap())).unwrap();
+    ground.send(20, &Telecommand::Reacquire).unwrap();
     std::fs::write(folder.join("commands.bin"), ground.file()).unwrap();
     let restart = RESTART_SECOND.to_string();
     let housekeeping = run(program(), &folder, &[&restart, "kept.bin", "9999"]);

@@ -4,9 +4,11 @@
 use fsw_core::modes::Mode;
 use fsw_core::telemetry::{self, Outcome, Report};
 use serde_json::Value;
+use sil_host::commands::record::ground::{self, Ground};
 use sil_host::commands::record::mission::{Clip, Flight, GYRO};
-use sil_host::commands::record::{self, Instrument, record_flight};
+use sil_host::commands::record::record_flight;
 use sil_host::formats::defects_file;
+use sil_host::formats::frames_file::Recording;
 use sil_host::world::detector::disturbances::Disturbances;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -63,7 +65,7 @@ fn every_mode_the_widest_limb_and_a_storm_give_the_hosts_telemetry_and_keep_the_
     let errors = String::from_utf8_lossy(&output.stderr);
     let budget = json_lines(&output).pop().unwrap_or_else(|| panic!("no table: {errors}"));
     println!("{budget:#}");
-    let seconds = Value::from(208 + 166 + 12 + 14 + 54);
+    let seconds = Value::from(208 + 166 + 12 + 14 + 54 + 48);
     assert_eq!((&budget["seconds"], &budget["telemetry_identical"]), (&seconds, &Value::from(true)));
     assert!(output.status.success(), "a limit is overrun: {budget:#}");
     let stack = |key: &str| budget[key].as_u64().expect(key);
@@ -77,6 +79,14 @@ fn every_mode_the_widest_limb_and_a_storm_give_the_hosts_telemetry_and_keep_the_
         assert!(used > 10_000, "{mode}: the meter counted");
         assert!(used <= budget["modes"][mode]["limit_cycles"].as_u64().unwrap());
         assert!(used <= budget["modes"][mode]["bound_cycles"].as_u64().expect("a bound"));
+    }
+    for (stage, bound) in budget["bounds"].as_object().expect("a bound of each stage") {
+        assert!(bound["worst_cycles"].as_u64() <= bound["bound_cycles"].as_u64(), "{stage}");
+        let reckoned = bound["reckoned"].as_array().expect("names");
+        for (name, cap) in bound["caps"].as_object().expect("caps") {
+            let reached = bound["reached"][name].as_u64().expect("a count") >= cap.as_u64().expect("a cap");
+            assert!(reached || reckoned.iter().any(|other| other == name), "{stage}: {name}");
+        }
     }
     let stages = |mode: &str| budget["modes"][mode]["stages"].as_object().unwrap().clone();
     for stage in ["predict", "windows", "confirm", "limb", "centre", "orbit"] {
@@ -102,9 +112,11 @@ fn a_gyro_and_known_bad_pixels_fly_through_a_sunrise_on_the_target_as_on_the_hos
         .filter(|attitude| attitude.age_s > 0)
         .collect();
     // Without the table another telemetry comes of it.
-    let Instrument { parameters, geometry, .. } = SURVEYED.instrument().unwrap();
-    let none = defects_file::table([geometry.width_px, geometry.height_px], &[], &[]);
-    assert!(record::fly(&files.frames, parameters, &none).unwrap() != reports);
+    let mut instrument = SURVEYED.instrument().unwrap();
+    let [width_px, height_px] = [instrument.geometry.width_px, instrument.geometry.height_px];
+    instrument.defects = defects_file::table([width_px, height_px], &[], &[]);
+    let recording = &mut Recording::load(&files.frames).unwrap();
+    assert!(ground::fly(recording, &instrument, &Ground::default()).unwrap().0 != reports);
     // The mission's time-outs give an outage up after its tenth second.
     let oldest_s = carried.iter().map(|attitude| attitude.age_s).max();
     println!("carried for {oldest_s:?} s");

@@ -2,36 +2,24 @@
 //! same telemetry and the same reports.
 
 use crate::{c_face, cfs};
-use fsw_core::command::ground::{self, Envelope};
-use fsw_core::command::{
-    Command, CommandLink, CommandOutcome, GroundOrbit, Key, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES, Refusal,
-    Telecommand, TimeCorrelation,
-};
+use fsw_core::command::ground;
+use fsw_core::command::{CommandOutcome, Refusal, Telecommand, TimeCorrelation};
 use fsw_core::frames::{Icrs, Rotation, StarPath};
-use fsw_core::image::calibration::Calibration;
 use fsw_core::modes::{Guard, Mode};
-use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
-use fsw_core::sensor::Workspace;
 use fsw_core::shutting::ShutterParameters;
 use fsw_core::telemetry::{self, Event, MAX_FRAME_BYTES, Outcome, Report};
-use fsw_hal::{LocalTime, OpenPaths};
+use fsw_hal::OpenPaths;
 use serde_json::Value;
+use sil_host::commands::record::ground::{Ground, fly};
 use sil_host::commands::record::mission::{Clip, Flight, MISSION};
-use sil_host::commands::record::{Instrument, fly_second, record_flight};
-use sil_host::flight;
+use sil_host::commands::record::record_flight;
 use sil_host::formats::frames_file::Recording;
-use sil_host::scenario::Scenario;
 use sil_host::world::instruments::magnetometer::MagnetometerModel;
 use std::path::Path;
 use std::process::Command as Process;
 use system_tests::{scratch, target_dir, workspace};
 
-/// Those of the flight image.
-pub const APID: u16 = 0x2A5;
-pub const KEY: Key = Key::new([
-    0x2b, 0x7e, 0x15, 0x16, 0x28, 0xae, 0xd2, 0xa6, 0xab, 0xf7, 0x15, 0x88, 0x09, 0xcf, 0x4f, 0x3c,
-]);
 const SECONDS: usize = 34;
 const FLIGHT: Flight =
     Flight { clips: &[Clip { scenario: "geo-eclipse", from_s: 0, seconds: SECONDS as u32 }], ..MISSION };
@@ -58,102 +46,34 @@ const TWO_FIELDS: Flight = Flight {
     ..MISSION
 };
 
-/// The ground's packets, each with its second.
-pub struct Ground {
-    pub packets: Vec<(u32, Vec<u8>)>,
-}
-
-impl Ground {
-    pub fn send(&mut self, second: u32, telecommand: &Telecommand) {
-        let count = self.packets.len() as u32 + 1;
-        let envelope = Envelope { apid: APID, sequence: count as u16, authentication: Some((KEY, count)) };
-        let packet =
-            ground::encode(telecommand, &envelope, &mut [0; MAX_TELECOMMAND_BYTES]).unwrap().to_vec();
-        self.packets.push((second, packet));
-    }
-
-    /// As the flight image reads them.
-    pub fn file(&self) -> Vec<u8> {
-        let entry = |(second, packet): &(u32, Vec<u8>)| {
-            [&second.to_le_bytes()[..], &(packet.len() as u16).to_le_bytes(), packet].concat()
-        };
-        self.packets.iter().flat_map(entry).collect()
-    }
-}
-
-/// The true orbit in a second of a flight of one clip, known to 10 km.
-pub fn orbit(flight: &Flight, recording: &mut Recording, second: u32) -> GroundOrbit {
-    let then = recording.turn_to(second as usize);
-    let Clip { scenario, from_s, .. } = flight.clips[0];
-    let clip = Scenario::load(Path::new(scenario)).unwrap();
-    let truth = clip.scene().unwrap().truth_at(u64::from(from_s + second)).unwrap();
-    let state = OrbitState {
-        time_us: then.terrestrial_us.expect("the clock is synchronised"),
-        position_km: truth.position_km.into(),
-        velocity_km_s: truth.velocity_km_s.into(),
-    };
-    GroundOrbit { state, position_sigma_km: 10.0, velocity_sigma_km_s: 0.01 }
-}
-
 fn commands(recording: &mut Recording, wanted: &Parameters) -> Ground {
-    let mut ground = Ground { packets: Vec::new() };
-    let orbit = orbit(&FLIGHT, recording, 20);
+    let mut ground = Ground::default();
+    let orbit = FLIGHT.orbit(20).unwrap();
     let then = recording.turn_to(20);
-    ground.send(8, &Telecommand::Safe);
-    ground.send(10, &Telecommand::Exposure(1));
-    ground.send(11, &Telecommand::Exposure(90_000));
-    ground.send(13, &Telecommand::Reacquire);
+    ground.send(8, &Telecommand::Safe).unwrap();
+    ground.send(10, &Telecommand::Exposure(1)).unwrap();
+    ground.send(11, &Telecommand::Exposure(90_000)).unwrap();
+    ground.send(13, &Telecommand::Reacquire).unwrap();
     let mut buffer = [0; MAX_TABLE_BYTES];
     let table = wanted.encode(&mut buffer).unwrap();
     for upload in ground::upload(None, table, 150) {
         let second = if matches!(upload, Telecommand::Load { .. }) { 19 } else { 18 };
-        ground.send(second, &upload);
+        ground.send(second, &upload).unwrap();
     }
-    ground.send(22, &Telecommand::Dump);
-    ground.send(23, &Telecommand::Orbit(orbit));
+    ground.send(22, &Telecommand::Dump).unwrap();
+    ground.send(23, &Telecommand::Orbit(orbit)).unwrap();
     let correlation = TimeCorrelation { local: then.local, terrestrial_us: 800_000_000_000_000 };
-    ground.send(24, &Telecommand::Time(correlation));
+    ground.send(24, &Telecommand::Time(correlation)).unwrap();
     // One that was sent before, and one that was damaged on its way.
     let safe = ground.packets[0].1.clone();
     ground.packets.push((25, safe.clone()));
     ground.packets.push((25, safe[..safe.len() - 1].to_vec()));
     // The Earth alone is left.
-    ground.send(26, &Telecommand::Shutter(Some(OpenPaths::Earth)));
-    ground.send(28, &Telecommand::Reacquire);
-    ground.send(30, &Telecommand::Spots);
-    ground.send(31, &Telecommand::Restart);
+    ground.send(26, &Telecommand::Shutter(Some(OpenPaths::Earth))).unwrap();
+    ground.send(28, &Telecommand::Reacquire).unwrap();
+    ground.send(30, &Telecommand::Spots).unwrap();
+    ground.send(31, &Telecommand::Restart).unwrap();
     ground
-}
-
-/// Flies the recording on the host; reports of the seconds, and the packets of the link.
-fn fly(
-    recording: &mut Recording,
-    Instrument { parameters, defects, .. }: &Instrument,
-    ground: &Ground,
-) -> (Vec<Report>, Vec<Vec<u8>>) {
-    let mut workspace = Box::new(Workspace::new());
-    let catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
-    let calibration = Calibration::open(flight::REFERENCE_CALIBRATION).ok();
-    let calibration = calibration.filter(|_| parameters.imaging.calibration_crc != 0);
-    let mut sensor = flight::sensor(catalogue, calibration, *parameters, &mut workspace).unwrap();
-    let mut link = CommandLink::new(APID, Some(KEY), 0);
-    let (mut reports, mut packets) = (Vec::new(), Vec::new());
-    for second in 0..recording.len() {
-        for (_, packet) in ground.packets.iter().filter(|(due, _)| *due as usize == second) {
-            let _ = link.receive(packet);
-        }
-        let report = fly_second(&mut sensor, (&mut *recording, defects), second, link.command()).unwrap();
-        link.conclude(report.command);
-        link.log(report.cycle, &report.events);
-        let now = LocalTime::from_us(report.local_us);
-        let mut buffer = [0; MAX_REPORT_BYTES];
-        while let Some(packet) = link.next_report(now, &sensor.downlink(), &mut buffer) {
-            packets.push(packet.to_vec());
-        }
-        assert_eq!(link.command(), Command::Continue);
-        reports.push(report);
-    }
-    (reports, packets)
 }
 
 /// Service, subservice and reason of a report.
@@ -223,11 +143,11 @@ fn a_magnetometer_flies_on_host_and_target_with_the_same_telemetry() {
     std::fs::write(&files.parameters, instrument.parameters.encode(&mut [0; MAX_TABLE_BYTES]).unwrap())
         .unwrap();
     let mut recording = Recording::load(&files.frames).unwrap();
-    let mut ground = Ground { packets: Vec::new() };
-    ground.send(5, &Telecommand::Orbit(orbit(&MAGNETIC, &mut recording, 4)));
-    ground.send(12, &Telecommand::Shutter(Some(OpenPaths::Earth)));
-    ground.send(15, &Telecommand::Reacquire);
-    let (reports, packets) = fly(&mut recording, &instrument, &ground);
+    let mut ground = Ground::default();
+    ground.send(5, &Telecommand::Orbit(MAGNETIC.orbit(4).unwrap())).unwrap();
+    ground.send(12, &Telecommand::Shutter(Some(OpenPaths::Earth))).unwrap();
+    ground.send(15, &Telecommand::Reacquire).unwrap();
+    let (reports, packets) = fly(&mut recording, &instrument, &ground).unwrap();
     let known = |second: &Report| second.magnetometer.is_some();
     assert!(!reports[..5].iter().any(known) && reports[6..].iter().all(known), "from the orbit on");
     let used: Vec<_> =
@@ -251,9 +171,9 @@ fn stars_of_two_fields_tell_the_mounting_on_host_and_target_alike_and_within_the
     let (files, _) = record_flight(&TWO_FIELDS, &folder).expect("it can be recorded");
     let instrument = TWO_FIELDS.instrument().unwrap();
     let mut recording = Recording::load(&files.frames).unwrap();
-    let mut ground = Ground { packets: Vec::new() };
-    ground.send(5, &Telecommand::Orbit(orbit(&TWO_FIELDS, &mut recording, 4)));
-    let (reports, packets) = fly(&mut recording, &instrument, &ground);
+    let mut ground = Ground::default();
+    ground.send(5, &Telecommand::Orbit(TWO_FIELDS.orbit(4).unwrap())).unwrap();
+    let (reports, packets) = fly(&mut recording, &instrument, &ground).unwrap();
     // From the second on that knows the orbit, of which one in sixteen looks.
     assert!(reports[7..].iter().all(|second| second.earth_path_clear));
     let looks: Vec<_> = reports.iter().filter_map(|second| second.earth_path_stars).collect();
@@ -282,7 +202,7 @@ fn every_command_flies_on_host_and_target_with_the_same_telemetry_and_reports() 
     wanted.shutter = Some(ShutterParameters::default());
     let mut recording = Recording::load(&files.frames).unwrap();
     let ground = commands(&mut recording, &wanted);
-    let (reports, packets) = fly(&mut recording, &instrument, &ground);
+    let (reports, packets) = fly(&mut recording, &instrument, &ground).unwrap();
 
     let (done, refused) = (Some(CommandOutcome::Done), |why| Some(CommandOutcome::Refused(why)));
     let outcomes = [

@@ -5,7 +5,7 @@ use fsw_core::catalog::Catalogue;
 use fsw_core::checksum::crc32;
 use fsw_core::command::ground::{self, Envelope};
 use fsw_core::command::{
-    CommandLink, Key, MAX_PART_BYTES, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES, Refusal, Telecommand,
+    CommandLink, Downlink, Key, MAX_PART_BYTES, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES, Refusal, Telecommand,
 };
 use fsw_core::image::bad_pixels::BadPixelDetector;
 use fsw_core::image::calibration::Calibration;
@@ -177,8 +177,8 @@ impl<'a> Session<'a> {
     fn reports(&mut self) -> Vec<(u8, u8, u16)> {
         let mut buffer = [0; MAX_REPORT_BYTES];
         let mut told = Vec::new();
-        let told = Downlink { parameters: &self.parameters, image: LocalTime::default(), spots: &[] };
-        while let Some(report) = self.link.next_report(LocalTime::default(), &told, &mut buffer) {
+        let downlink = Downlink { parameters: &self.parameters, image: LocalTime::default(), spots: &[] };
+        while let Some(report) = self.link.next_report(LocalTime::default(), &downlink, &mut buffer) {
             let reason = match report[8] {
                 2 | 8 => u16::from_be_bytes([report[24], report[25]]),
                 _ => 0,

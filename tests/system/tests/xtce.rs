@@ -12,8 +12,10 @@ use encoder::Arguments;
 use fsw_core::command::ground::{self, Envelope};
 use fsw_core::command::telecommand::{ROWS, Telecommand};
 use fsw_core::command::{
-    CommandLink, CommandOutcome, GroundOrbit, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES, TimeCorrelation,
+    CommandLink, CommandOutcome, Downlink, GroundOrbit, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES,
+    TimeCorrelation,
 };
+use fsw_core::image::Detection;
 use fsw_core::orbit::OrbitState;
 use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
 use fsw_core::telemetry::{self, Event};

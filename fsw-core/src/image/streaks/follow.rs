@@ -13,12 +13,15 @@
 //! first term is the Cramer-Rao bound of an edge with a blur of 1.1 px, the second that of a faint one, which
 //! noise alone displaces (Yao, Ann. Statist. 15, 1987), the last stands where pixels may be at full scale.
 
+pub use super::profile::CHUNK;
 use super::profile::{DRIFT_NOISE, Line, Part, Profile, sample};
 use super::{FULL_SCALE, Piece, Streak, scaled};
 use crate::image::scan::TILE_PIXELS;
 use crate::trigonometry::sine_cosine;
 use fsw_hal::{Detector, DetectorError, Window};
 
+/// Columns of profiles that may be sampled in a second that has not scanned for stars.
+pub const MAX_COLUMNS: usize = 7_000;
 /// Columns to either side of the piece at first, and at most.
 const FIRST_HALF: usize = 32;
 const MAX_HALF: usize = 512;

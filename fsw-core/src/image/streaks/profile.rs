@@ -31,7 +31,7 @@ const LINE_SLOPE: f32 = 0.04;
 const BIN_PX: f32 = BIN as f32;
 const BIN_OF_LINE: f32 = 2.0 / SIDE as f32;
 /// Columns sampled from one window.
-const CHUNK: usize = 8;
+pub const CHUNK: usize = 8;
 /// Scaled counts of a unit in which profiles are kept.
 const UNIT: f32 = 4.0;
 /// What is off the detector.

@@ -26,9 +26,8 @@ pub(super) const SAME_PX: f32 = 6.0;
 const FEWEST_MIDDLES: usize = 7;
 /// After a search without a hypothesis so many images with lines begin none.
 const UNSEARCHED: u8 = 2;
-/// Columns of profiles that may be sampled in a second that has scanned for stars, and in one that has not.
+/// Columns of profiles that may be sampled in a second that has scanned for stars.
 const COLUMNS_AFTER_SCAN: usize = 2_000;
-const COLUMNS: usize = 7_000;
 
 impl Sensor<'_> {
     /// Measures the streaks in the image.
@@ -39,7 +38,7 @@ impl Sensor<'_> {
         let mut pieces = search::Pieces::new();
         search::search(detector, &mut self.workspace.shared.readout().buffer, &mut pieces)?;
         let mut streaks = Vec::new();
-        let mut columns = COLUMNS;
+        let mut columns = follow::MAX_COLUMNS;
         for piece in pieces.iter().chain(&self.expected_pieces()) {
             self.measure(detector, piece, &mut streaks, &mut columns)?;
         }

@@ -1,4 +1,6 @@
 //! A flight in the emulator, metered.
+//!
+//! The passes of a stage's loops are calls of functions of the image, which the meter counts and times.
 
 use crate::commands::record::mission::Flight;
 use crate::commands::record::{self, Instrument};
@@ -36,11 +38,39 @@ pub(super) struct Work {
     pub(super) waits: u64,
 }
 
+/// Calls of a function within a stage.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+pub(super) struct Calls {
+    /// How many.
+    pub(super) calls: u64,
+    /// All together.
+    #[serde(flatten)]
+    pub(super) work: Work,
+    /// The dearest.
+    pub(super) most: Work,
+}
+
+/// A stage of a second.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct MeteredStage {
+    #[serde(flatten)]
+    pub(super) work: Work,
+    /// The counted functions' calls, by name.
+    pub(super) counted: BTreeMap<String, Calls>,
+}
+
+impl MeteredStage {
+    /// Calls of a function.
+    pub(super) fn calls_of(&self, function: &str) -> Calls {
+        self.counted.get(function).copied().unwrap_or_default()
+    }
+}
+
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct MeteredCycle {
     #[serde(flatten)]
     pub(super) work: Work,
-    pub(super) stages: BTreeMap<u8, Work>,
+    pub(super) stages: BTreeMap<u8, MeteredStage>,
 }
 
 impl Work {
@@ -94,16 +124,22 @@ impl Flown {
     pub(super) fn wait(&mut self, wait_states: u64) {
         self.start.wait(wait_states);
         for (cycle, _) in &mut self.seconds {
-            cycle.stages.values_mut().chain([&mut cycle.work]).for_each(|work| work.wait(wait_states));
+            cycle.work.wait(wait_states);
+            for stage in cycle.stages.values_mut() {
+                let calls = stage.counted.values_mut().flat_map(|calls| [&mut calls.work, &mut calls.most]);
+                calls.chain([&mut stage.work]).for_each(|work| work.wait(wait_states));
+            }
         }
     }
 }
 
-/// Records a flight, builds image and meter, and flies the recording.
+/// Records a flight, builds image and meter, and flies the recording; `counted`: the functions whose calls
+/// are counted.
 pub(super) fn fly(
     root: &Path,
     (name, flight): (&'static str, &Flight),
     folder: &Path,
+    counted: &str,
 ) -> Result<Flown, HostError> {
     let Instrument { geometry, parameters, .. } = flight.instrument()?;
     let (files, reports) = record::record_flight(flight, folder)?;
@@ -114,14 +150,17 @@ pub(super) fn fly(
     };
     let tools = ["build", "--release", "-p", "cycle-meter", "-p", "stack-depth"];
     run_program(cargo().args(tools), "building the cycle meter and the stack analysis")?;
-    let [meter, depth, telemetry] =
-        ["cycles.json", "stack.json", "obc-telemetry.bin"].map(|name| folder.join(name));
+    let [meter, depth, telemetry, link] =
+        ["cycles.json", "stack.json", "obc-telemetry.bin", "obc-reports.bin"].map(|name| folder.join(name));
+    let commanded = if flight.orders.is_empty() { vec![] } else { vec![&files.commands, &link] };
     let output = run_program(
         cargo()
             .args(["obc", "--quiet", "--"])
             .args([&files.frames, &files.parameters, &telemetry])
+            .args(commanded)
             .env("BAD_PIXELS", &files.bad_pixels)
             .env("CYCLE_METER", &meter)
+            .env("CYCLE_METER_COUNT", counted)
             .env("STACK_DEPTH", &depth),
         "the flight image in the emulator (cargo obc)",
     )?;
@@ -135,6 +174,16 @@ pub(super) fn fly(
         serde_json::from_slice(&read(&meter)?).map_err(|error| parse(&meter, error))?;
     if metered.unfinished_cycles != 0 || metered.unknown_blocks != 0 {
         return Err(HostError::input(&meter, None, "the meter lost count", "report this"));
+    }
+    let stages = metered.cycles.iter().flat_map(|cycle| cycle.stages.values());
+    let mut counted = stages.flat_map(|stage| &stage.counted);
+    if let Some((function, _)) = counted.find(|(_, calls)| calls.calls > 0 && calls.most.cycles == 0) {
+        return Err(HostError::input(
+            &meter,
+            None,
+            format!("calls of {function} are not timed"),
+            "report this",
+        ));
     }
     let depth = serde_json::from_slice(&read(&depth)?).map_err(|error| parse(&depth, error))?;
     let figures = serde_json::from_slice(&output.stdout)

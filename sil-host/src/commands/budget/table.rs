@@ -1,7 +1,7 @@
 //! What the metered seconds of all flights come to, beside the limits.
 
 use super::bounds::{Bounds, StageBound};
-use super::flown::{Flown, MeteredCycle, Work};
+use super::flown::{Flown, MeteredCycle, MeteredStage};
 use super::limits::{CycleLimits, LimitsFile, MemoryLimits};
 use crate::judge::expected::word;
 use fsw_core::modes::Mode;
@@ -131,6 +131,9 @@ impl Budget {
         print_line!("  worst cycles of a stage, of those at its caps");
         for (stage, bound) in &self.bounds {
             row(stage, "", bound.worst_cycles, Some(bound.bound_cycles));
+            for (name, reached, cap) in bound.short_of_caps() {
+                print_line!("  {stage:18} {name}: {reached} of {cap}  NOT AT ITS CAP");
+            }
         }
         for (flight, scan) in &self.scans {
             let Scan { cycles_per_pixel, limit } = scan;
@@ -176,20 +179,22 @@ pub(super) fn stage_name(number: u8) -> &'static str {
 }
 
 /// What a second is judged as, and its limit: its mode; but a second in which the whole detector is searched
-/// for the Earth, or in which the orbit crosses a jump of the clock, is no second of tracking, whatever the
-/// mode.
-fn kind(report: &Report, stages: &BTreeMap<u8, Work>, limits: &CycleLimits) -> (&'static str, u64) {
+/// for the Earth or for stars, or in which the orbit crosses a jump of the clock, is no second of tracking,
+/// whatever the mode.
+fn kind(report: &Report, stages: &BTreeMap<u8, MeteredStage>, limits: &CycleLimits) -> (&'static str, u64) {
+    let searched = |stage: Stage| stages.contains_key(&(stage as u8));
     match report.mode {
         Mode::Acquisition => (word(report.mode), limits.acquisition),
         _ if report.events.contains(&Event::ClockJump) => ("clock-jump", limits.acquisition),
-        _ if stages.contains_key(&(Stage::Search as u8)) => ("earth-search", limits.acquisition),
+        _ if searched(Stage::Search) => ("earth-search", limits.acquisition),
+        _ if searched(Stage::Scan) || searched(Stage::Streaks) => ("star-search", limits.acquisition),
         mode => (word(mode), limits.tracking),
     }
 }
 
 /// The parts of a second of these stages that have limits of their own; its own limit is `limit_cycles`.
 fn parts(
-    stages: &BTreeMap<u8, Work>,
+    stages: &BTreeMap<u8, MeteredStage>,
     limit_cycles: u64,
     limits: &CycleLimits,
 ) -> Vec<(&'static str, &'static [Stage], u64)> {
@@ -224,27 +229,22 @@ pub(super) fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown], bou
         mode.worst_cycles = mode.worst_cycles.max(cycle.work.cycles);
         mode.bound_cycles = mode.bound_cycles.max(bounds.of_second(cycle));
         mode.worst_instructions = mode.worst_instructions.max(cycle.work.instructions);
-        for (number, work) in &cycle.stages {
+        for (number, stage) in &cycle.stages {
             let worst = mode.stages.entry(stage_name(*number)).or_insert(0);
-            *worst = (*worst).max(work.cycles);
+            *worst = (*worst).max(stage.work.cycles);
         }
         for (part, stages, limit_cycles) in parts(&cycle.stages, limit_cycles, &limits.cycles) {
             let of_part = stages.iter().filter_map(|stage| cycle.stages.get(&(*stage as u8)));
-            let cycles = of_part.map(|work| work.cycles).sum::<u64>();
+            let cycles = of_part.map(|stage| stage.work.cycles).sum::<u64>();
             if cycles > 0 {
                 let part = mode.parts.entry(part).or_insert(Part { worst_cycles: 0, limit_cycles });
                 part.worst_cycles = part.worst_cycles.max(cycles);
             }
         }
     }
-    // In a Sun outage an image that is not blinded is searched as in acquisition.
-    let of_a_search = modes.get(word(Mode::Acquisition)).map_or(0, |mode| mode.bound_cycles);
-    if let Some(outage) = modes.get_mut(word(Mode::SunOutage)) {
-        outage.bound_cycles = outage.bound_cycles.max(of_a_search);
-    }
     let dearest_scan = |flown: &Flown| {
         let of_cycle =
-            |(cycle, _): &(MeteredCycle, Report)| Some(cycle.stages.get(&(Stage::Scan as u8))?.cycles);
+            |(cycle, _): &(MeteredCycle, Report)| Some(cycle.stages.get(&(Stage::Scan as u8))?.work.cycles);
         let cycles = flown.seconds.iter().filter_map(of_cycle).max().unwrap_or(0);
         Scan {
             cycles_per_pixel: cycles as f64
@@ -262,7 +262,7 @@ pub(super) fn table(limits: &LimitsFile, wait_states: u8, flights: &[Flown], bou
         seconds: seconds().count(),
         start_cycles: flights.iter().map(|flown| flown.start.cycles).max().unwrap_or(0),
         modes,
-        bounds: bounds.stages(),
+        bounds: bounds.stages().clone(),
         scans: flights.iter().map(|flown| (flown.name, dearest_scan(flown))).collect(),
         flash_bytes: most(|flown| flown.figures.flash_bytes),
         ram_bytes: most(|flown| flown.figures.static_ram_bytes),

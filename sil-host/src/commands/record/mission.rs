@@ -6,9 +6,10 @@
 //! part of the flight.
 //!
 //! [`MISSION`] goes through every mode. [`GYRO`] has a rate sensor, which carries the attitude through a
-//! sunrise. The others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb,
-//! which from the lowest orbit and after a gap are longest and from there need another mount, [`STORM`] the
-//! scan and the identification, [`CROWD`] what tracking reads and matches.
+//! sunrise. In [`EARTH_ALONE`] the star path is shut: the Earth holds the attitude, then gives it alone. The
+//! others drive a part of the second to its caps: [`WIDE_LIMB`] the strips across the limb, which from the
+//! lowest orbit and after a gap are longest and from there need another mount, [`STORM`] the scan and the
+//! identification, [`CROWD`] what tracking reads and matches.
 //!
 //! | clip of the mission | what is new in it |
 //! |---|---|
@@ -26,6 +27,7 @@
 //! lose it; all else is the scenarios' own.
 
 use super::Instrument;
+use super::ground::Ground;
 use crate::error::HostError;
 use crate::flight::StarCalibration;
 use crate::formats::frames_file::{FramesWriter, Readings};
@@ -36,9 +38,12 @@ use crate::world::detector::protons::Protons;
 use crate::world::instruments::gyro::{Gyro, GyroModel};
 use crate::world::instruments::magnetometer::{BodyMagnetometer, MagnetometerModel};
 use crate::world::scene::Scene;
+use fsw_core::command::{GroundOrbit, Telecommand};
 use fsw_core::modes::ModeParameters;
+use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::parameters::OrbitParameters;
 use fsw_core::parameters::Parameters;
+use fsw_core::shutting::ShutterParameters;
 use fsw_hal::{Instant, LocalTime, Magnetometer, OpenPaths, RateSensor};
 use std::path::Path;
 
@@ -51,6 +56,17 @@ pub struct Clip {
     pub from_s: u32,
     /// Seconds shown.
     pub seconds: u32,
+}
+
+/// What the ground sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// The true orbit of the second before, as known to 10 km and 10 m/s.
+    Orbit,
+    /// The only path to be open; the sensor's choice again.
+    Shutter(Option<OpenPaths>),
+    /// The attitude is to be forgotten.
+    Reacquire,
 }
 
 const LEO: &str = "sso-noon-midnight";
@@ -70,6 +86,8 @@ pub struct Flight {
     pub magnetometer: Option<MagnetometerModel>,
     /// Which paths are open.
     pub open: OpenPaths,
+    /// What the ground sends, and in which second of the flight. Where it moves shutters, there are some.
+    pub orders: &'static [(u32, Order)],
 }
 
 /// Every mode.
@@ -95,6 +113,7 @@ pub const MISSION: Flight = Flight {
     gyro: None,
     magnetometer: None,
     open: OpenPaths::Both,
+    orders: &[],
 };
 
 /// The night before sunrise, and the Sun in the star path: what the stars gave the gyro carries.
@@ -104,6 +123,7 @@ pub const GYRO: Flight = Flight {
     gyro: Some(FIBRE_OPTIC),
     magnetometer: None,
     open: OpenPaths::Both,
+    orders: &[],
 };
 
 /// A fibre-optic gyro, as the defaults of the flight parameters have it.
@@ -135,6 +155,7 @@ pub const WIDE_LIMB: Flight = Flight {
     gyro: None,
     magnetometer: None,
     open: OpenPaths::Both,
+    orders: &[],
 };
 
 /// More spots than the flight code may look at, in which no stars are found.
@@ -144,10 +165,11 @@ pub const STORM: Flight = Flight {
     gyro: None,
     magnetometer: None,
     open: OpenPaths::Both,
+    orders: &[],
 };
 
 /// The richest field of the scenarios, tracked, in which a storm begins: every window has more spots than it
-/// can measure, and more than can be matched are found in all.
+/// can measure.
 pub const CROWD: Flight = Flight {
     clips: &[
         Clip { scenario: GEO, from_s: 15_116, seconds: 10 },
@@ -157,6 +179,26 @@ pub const CROWD: Flight = Flight {
     gyro: None,
     magnetometer: None,
     open: OpenPaths::Both,
+    orders: &[],
+};
+
+/// The star path is shut: the attitude is carried on and held to the Earth, then by the Earth and its
+/// terminator alone.
+pub const EARTH_ALONE: Flight = Flight {
+    clips: &[Clip { scenario: LEO, from_s: 20, seconds: 24 }, Clip { scenario: GEO, from_s: 0, seconds: 24 }],
+    disturbances: None,
+    gyro: None,
+    magnetometer: None,
+    open: OpenPaths::Both,
+    orders: &[
+        (6, Order::Orbit),
+        (12, Order::Shutter(Some(OpenPaths::Earth))),
+        (18, Order::Reacquire),
+        (25, Order::Shutter(None)),
+        (30, Order::Orbit),
+        (36, Order::Shutter(Some(OpenPaths::Earth))),
+        (42, Order::Reacquire),
+    ],
 };
 
 fn crowd() -> Disturbances {
@@ -229,7 +271,7 @@ impl Flight {
         };
         let scenario = self.scenario(0, first)?;
         let geometry = scenario.camera.geometry();
-        let parameters = hurried(flight_parameters(&scenario)?);
+        let mut parameters = hurried(flight_parameters(&scenario)?);
         for (index, clip) in (1..).zip(others) {
             let other = self.scenario(index, clip)?;
             let mut needed = hurried(flight_parameters(&other)?);
@@ -239,7 +281,47 @@ impl Flight {
                 return Err(HostError::usage(what, "report this"));
             }
         }
+        if self.orders.iter().any(|(_, order)| matches!(order, Order::Shutter(_))) {
+            parameters.shutter = Some(ShutterParameters::default());
+        }
         Ok(Instrument { geometry, parameters, defects: scenario.known_defects() })
+    }
+
+    /// What the ground sends, as packets.
+    ///
+    /// # Errors
+    /// When a scenario cannot be loaded.
+    pub fn ground(&self) -> Result<Ground, HostError> {
+        let mut ground = Ground::default();
+        for (second, order) in self.orders {
+            let telecommand = match order {
+                Order::Orbit => Telecommand::Orbit(self.orbit(second.saturating_sub(1))?),
+                Order::Shutter(open) => Telecommand::Shutter(*open),
+                Order::Reacquire => Telecommand::Reacquire,
+            };
+            ground.send(*second, &telecommand)?;
+        }
+        Ok(ground)
+    }
+
+    /// The true orbit in a second of the flight, as known to 10 km and 10 m/s.
+    ///
+    /// # Errors
+    /// When there is no such second, or its scenario cannot be loaded.
+    pub fn orbit(&self, second: u32) -> Result<GroundOrbit, HostError> {
+        let nothing = || HostError::usage("no orbit in such a second", "report this");
+        let mut cycles = (0..).zip(self.clips).flat_map(|(index, clip)| {
+            (clip.from_s..).take(clip.seconds as usize).map(move |cycle| (index, clip, cycle))
+        });
+        let (index, clip, cycle) = cycles.nth(second as usize).ok_or_else(nothing)?;
+        let scenario = self.scenario(index, clip)?;
+        let truth = scenario.scene()?.truth_at(cycle.into()).ok_or_else(nothing)?;
+        let state = OrbitState {
+            time_us: scenario.instant_us(cycle),
+            position_km: truth.position_km.into(),
+            velocity_km_s: truth.velocity_km_s.into(),
+        };
+        Ok(GroundOrbit { state, position_sigma_km: 10.0, velocity_sigma_km_s: 0.01 })
     }
 
     /// The scenario of a clip, the `index`th.
@@ -285,7 +367,7 @@ mod tests {
 
     #[test]
     fn every_clip_lies_in_its_scenario_and_one_instrument_serves_all() {
-        for flight in [MISSION, WIDE_LIMB, STORM, CROWD, GYRO] {
+        for flight in [MISSION, WIDE_LIMB, STORM, CROWD, GYRO, EARTH_ALONE] {
             for clip in flight.clips {
                 assert!(
                     clip.from_s + clip.seconds <= flight.scenario(0, clip).unwrap().duration_s,
