@@ -7,6 +7,7 @@ use crate::frames::Icrs;
 use crate::image::calibration;
 use crate::image::calibration::Calibration;
 use crate::oracle::Generator;
+use crate::orbit::OrbitState;
 use crate::sensor::Workspace;
 use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
