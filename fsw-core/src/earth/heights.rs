@@ -11,18 +11,8 @@
 use super::Body;
 use super::centre::RayBuffer;
 use super::rays::{Cone, Ray};
+use crate::frames::LimbHeight;
 use nalgebra::Vector3;
-
-/// Height of the limb at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LimbHeight {
-    /// Unit vector to the point, across the direction to the centre, Earth path's frame, sphere space.
-    pub radial: Vector3<f32>,
-    /// Above the limb predicted, km of sphere space.
-    pub height_km: f32,
-    /// Standard deviation by the point's own sigma, km.
-    pub sigma_km: f32,
-}
 
 /// The limb predicted from the vector to the Earth's centre.
 #[derive(Clone, Copy, Debug)]

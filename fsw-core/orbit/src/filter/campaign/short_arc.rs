@@ -7,7 +7,6 @@ use crate::constants::LIGHT_KM_S;
 use crate::ephemeris::pole_axis;
 use crate::forces::Dynamics;
 use crate::horizon::{self, LimbGeometry, WAVES, waves};
-use crate::look::LimbHeight;
 
 /// Radius of the limb's sphere, km.
 const RADIUS_KM: f32 = 6383.0;
