@@ -108,7 +108,7 @@ fn unturned() -> Rotation<Icrs, StarPath> {
 }
 
 /// A filter of the attitude turned by so much about z, rad.
-fn attitude(angle_rad: f32) -> Filter<2> {
+fn attitude(angle_rad: f32) -> Filter {
     Filter::new(unturned().turned(&Vector3::z().scale(angle_rad)), [1e-5; 3], LocalTime::from_us(7))
 }
 
