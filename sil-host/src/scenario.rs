@@ -70,10 +70,13 @@ use crate::world::sky::bodies::BodiesModel;
 use crate::world::sky::stars::DetectorModel;
 use crate::world::time::civil_time;
 use crate::world::vector::{plus, transposed};
+use fsw_core::attitude::filter::RateSensorNoise;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::orbit::OrbitState;
 use fsw_core::orbit::parameters::{Misalignment, OrbitParameters};
-use fsw_core::parameters::{ImagingParameters, MountParameters, Parameters, TrackingParameters};
+use fsw_core::parameters::{
+    ImagingParameters, MountParameters, ParameterError, Parameters, TrackingParameters,
+};
 use fsw_core::shutting::ShutterParameters;
 use fsw_core::stars::identify::IdentificationParameters;
 use fsw_hal::OpenPaths;
@@ -361,16 +364,13 @@ impl Scenario {
         let star_to_earth = self.believed.star_to_earth(&self.mount).map(|part| part as f32);
         let mount = MountParameters { star_to_earth, ..defaults.mount };
         let row_time_s = self.believed.row_time_s(self.imaging.shutter.row_time_s());
-        let gyro = self.gyro.as_ref().map(|gyro| self.believed.gyro(gyro));
         let calibration_crc = calibration.map_or(0, Calibration::crc);
         let identification = match calibration {
             Some(_) => IdentificationParameters::of_calibrated_lens(),
             None => IdentificationParameters::default(),
         };
-        let rate_sensor = gyro.as_ref().map(GyroModel::flight_noise).filter(|noise| {
-            // One that is too noisy is left to the report: the flight code would refuse it.
-            Parameters { rate_sensor: Some(*noise), ..defaults }.check().is_ok()
-        });
+        // One that the flight code would refuse, as too noisy, is left to the report.
+        let rate_sensor = self.gyro_noise().filter(|noise| check_gyro(&defaults, *noise).is_ok());
         // What is beyond the parameters' range flies with its end.
         let [drag_m2_kg, radiation_m2_kg] =
             [self.forces.drag_m2_kg(), self.forces.radiation_m2_kg()].map(|share| share.min(10.0) as f32);
@@ -401,15 +401,20 @@ impl Scenario {
 
     /// Why the gyro is on board and not used, where that is so.
     pub fn unused_gyro(&self) -> Option<String> {
-        let flight = self.flight_parameters(None);
-        let gyro = self.gyro.as_ref().filter(|_| flight.rate_sensor.is_none())?;
-        let noise_deg = self.believed.gyro(gyro).flight_noise().white_rad.to_degrees();
+        let (flight, noise) = (self.flight_parameters(None), self.gyro_noise()?);
+        let refusal = check_gyro(&flight, noise).err()?;
         let camera = fsw_core::camera::Camera::new(flight.camera).ok()?;
-        let most_deg = (f32::from(flight.tracking.gate_px) * camera.rad_per_px() / 3.0).to_degrees();
+        let (noise_deg, most_deg) =
+            (noise.white_rad.to_degrees(), flight.most_white_rad(&camera).to_degrees());
         Some(format!(
-            "the gyro is not used, only reported: it loses {noise_deg:.2} deg in a second, more than the {most_deg:.2} deg \
-             that are a third of a star window's half side; see gyro.noise_deg_s and gyro.resolution_deg_s"
+            "the gyro is not used, only reported, as {refusal}: it loses {noise_deg:.2} deg in a second, of at most \
+             {most_deg:.2} deg, a third of a star window's half side; see the table [gyro]"
         ))
+    }
+
+    /// The gyro's errors as the flight code is told them.
+    fn gyro_noise(&self) -> Option<RateSensorNoise> {
+        Some(self.believed.gyro(self.gyro.as_ref()?).flight_noise())
     }
 
     /// Says on stderr, in a line, what is on board and not used.
@@ -509,6 +514,11 @@ fn name(text: &Text<'_>, value: &Spanned<String>) -> Result<String, HostError> {
         return Err(text.fault(value.span().start, "scenario.name", "cannot name a folder", &to_do));
     }
     Ok(name.clone())
+}
+
+/// Whether the flight code takes a gyro of these errors, beside these parameters.
+fn check_gyro(parameters: &Parameters, noise: RateSensorNoise) -> Result<(), ParameterError> {
+    Parameters { rate_sensor: Some(noise), ..*parameters }.check().map(|_| ())
 }
 
 /// The camera, with the mirror of the mount.
