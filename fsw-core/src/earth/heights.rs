@@ -25,9 +25,8 @@ pub struct PredictedLimb {
 impl PredictedLimb {
     /// `None` where the centre cannot be: see [`Body`].
     pub fn new(centre_km: &Vector3<f32>, body: &Body) -> Option<Self> {
-        let (centre, sine, cosine) = body.limb_cone(centre_km)?;
-        let cone = Cone::from_parts(centre * sine, sine, cosine)?;
-        Some(Self { cone, distance_km: body.radius_km() * cosine / sine })
+        let cone = Cone::about(centre_km, body)?;
+        Some(Self { cone, distance_km: body.radius_km() * cone.cosine / cone.sine })
     }
 
     /// The heights of the points that were fitted; none of those whose line of measurement runs along the
