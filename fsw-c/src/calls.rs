@@ -1,6 +1,5 @@
 //! The calls of the C face.
 
-use crate::bad_pixels::CorrectedDetector;
 use crate::doors::{Bytes, Extent, check, check_length, check_memory};
 use crate::instruments::Instruments;
 use crate::memory::{self, SensorMemory, Tables};
@@ -8,6 +7,7 @@ use crate::results::CycleResult;
 use crate::status::Status;
 use core::ffi::{CStr, c_char, c_void};
 use fsw_core::catalog::{Catalogue, CatalogueError};
+use fsw_core::image::bad_pixels::BadPixelDetector;
 use fsw_core::image::calibration::{Calibration, CalibrationError};
 use fsw_core::image::defects::{Defects, DefectsError};
 use fsw_core::packet::PacketError;
@@ -323,12 +323,13 @@ pub(crate) unsafe fn fly<Kept>(
     // SAFETY: the caller's promise is the same.
     let lent = unsafe { whole(instruments) }?;
     // SAFETY: the caller promises the callbacks, for this call.
-    let (detector, mut clock, mut rate_sensor, mut magnetometer, mut meter, mut shutter) =
+    let (mut detector, mut clock, mut rate_sensor, mut magnetometer, mut meter, mut shutter) =
         unsafe { lent.lend() };
-    let second = |sensor: &mut sensor::Sensor, bad_pixels| {
-        lent.check_size(bad_pixels)?;
+    let second = |sensor: &mut sensor::Sensor, bad_pixels: Option<Defects<'static>>| {
+        let defects = bad_pixels.unwrap_or(Defects::none(lent.detector.size_px()));
+        let corrected = BadPixelDetector::new(&mut detector, defects);
         let mut instruments = sensor::Instruments {
-            detector: &mut CorrectedDetector { detector, bad_pixels },
+            detector: &mut corrected.map_err(|_| Status::Instruments)?,
             clock: &mut clock,
             meter: &mut meter,
             rate_sensor: &mut rate_sensor,

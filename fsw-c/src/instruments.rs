@@ -88,6 +88,13 @@ pub struct Detector {
     >,
 }
 
+impl Detector {
+    /// Columns and rows, px.
+    pub(crate) fn size_px(&self) -> [u16; 2] {
+        [self.geometry.width_px, self.geometry.height_px]
+    }
+}
+
 /// The on-board counter and its correlation with Terrestrial Time. Both callbacks are needed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -216,8 +223,7 @@ impl Instruments {
 
     /// Refuses a detector of another size than that of the bad pixels.
     pub(crate) fn check_size(&self, bad_pixels: Option<Defects>) -> Result<(), Status> {
-        let Geometry { width_px, height_px, .. } = self.detector.geometry;
-        let other = bad_pixels.is_some_and(|defects| defects.size_px() != [width_px, height_px]);
+        let other = bad_pixels.is_some_and(|defects| defects.size_px() != self.detector.size_px());
         if other { Err(Status::Instruments) } else { Ok(()) }
     }
 

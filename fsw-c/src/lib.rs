@@ -9,7 +9,6 @@
 //! | [`status`] | what a call came to, in a code and in words |
 //! | [`doors`] | what can be checked of a pointer |
 //! | [`instruments`] | callbacks of C behind the traits of `fsw-hal` |
-//! | `bad_pixels` | bad pixels in front of the detector |
 //! | [`results`] | the main results of a second as a plain struct |
 //! | [`memory`] | the sensor and the link in the caller's memory |
 //! | [`link`] | the command link: packets in, reports out |
@@ -37,7 +36,6 @@ extern crate std;
 use panic_never as _;
 
 pub mod areas;
-mod bad_pixels;
 pub mod doors;
 pub mod instruments;
 pub mod link;

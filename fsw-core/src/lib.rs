@@ -13,6 +13,7 @@ pub mod catalog;
 pub mod checksum;
 pub mod command;
 pub mod earth;
+mod file;
 pub mod image;
 pub mod magnetism;
 pub mod modes;

@@ -259,10 +259,13 @@ impl Parameters {
             .or(self.orbit.first_not_of_body())
     }
 
-    /// The rate sensor's noise, where a second of it is more than a third of the gate.
+    /// Greatest `rate_sensor.white_rad` that does not lose the stars in a second: a third of the gate, rad.
+    pub fn most_white_rad(&self, camera: &Camera) -> f32 {
+        f32::from(self.tracking.gate_px) * camera.rad_per_px() * (1.0 / 3.0)
+    }
+
     fn loses_the_stars(&self, noise: &RateSensorNoise, camera: &Camera) -> Option<&'static str> {
-        let gate_rad = f32::from(self.tracking.gate_px) * camera.rad_per_px();
-        (noise.white_rad > gate_rad * (1.0 / 3.0)).then_some("rate_sensor.white_rad")
+        (noise.white_rad > self.most_white_rad(camera)).then_some("rate_sensor.white_rad")
     }
 }
 

@@ -416,17 +416,23 @@ impl Report {
     /// The orbit as [`Command::Orbit`](crate::command::Command::Orbit) takes it back after a restart, its
     /// sigmas those of the worst axes; `None` without an orbit or without Terrestrial Time.
     pub fn ground_orbit(&self) -> Option<GroundOrbit> {
-        let (orbit, time_us) = (self.orbit.as_ref()?, self.instant_us?);
+        Some(self.orbit.as_ref()?.ground_orbit(self.instant_us?))
+    }
+}
+
+impl OrbitReport {
+    /// The same as an orbit by the ground, of that Terrestrial Time.
+    pub(crate) fn ground_orbit(&self, time_us: i64) -> GroundOrbit {
         let worst = |sigmas: [f32; 3]| f64::from(sigmas.into_iter().fold(0.0, f32::max));
-        Some(GroundOrbit {
+        GroundOrbit {
             state: OrbitState {
                 time_us,
-                position_km: orbit.position_km.into(),
-                velocity_km_s: orbit.velocity_km_s.into(),
+                position_km: self.position_km.into(),
+                velocity_km_s: self.velocity_km_s.into(),
             },
-            position_sigma_km: worst(orbit.sigma_position_km),
-            velocity_sigma_km_s: worst(orbit.sigma_velocity_km_s),
-        })
+            position_sigma_km: worst(self.sigma_position_km),
+            velocity_sigma_km_s: worst(self.sigma_velocity_km_s),
+        }
     }
 }
 

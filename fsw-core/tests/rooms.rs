@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// What every room may use, bottom first.
-const GROUND_FLOOR: [&str; 8] =
-    ["checksum", "word_sum", "matrix", "trigonometry", "frames", "order", "packet", "table"];
+const GROUND_FLOOR: [&str; 9] =
+    ["checksum", "file", "word_sum", "matrix", "trigonometry", "frames", "order", "packet", "table"];
 /// The rooms above it; each may use those before it.
 const ROOMS: [&str; 17] = [
     "image",

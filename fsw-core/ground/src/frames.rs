@@ -1,4 +1,4 @@
-//! Directions and rotations typed by their frame, which every room uses.
+//! Directions and rotations typed by their frame, and words that several rooms use.
 //!
 //! A quaternion is `[x, y, z, w]`, scalar last (thesis eq. 3.3). Its matrix (eq. 2.4) is
 //! `A(q) = (w² - |v|²) I + 2 v vᵀ - 2 w [v×]`; it takes components in the `From` frame to components in the
@@ -205,6 +205,17 @@ impl<From, To> Rotation<From, To> {
         let scale = if sine > 1e-6 { 2.0 * libm::atan2f(sine, w) / sine } else { 2.0 };
         Vector3::new(x * scale, y * scale, z * scale)
     }
+}
+
+/// Height of the limb at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimbHeight {
+    /// Unit vector to the point, across the direction to the centre, Earth path's frame, sphere space.
+    pub radial: Vector3<f32>,
+    /// Above the limb predicted, km of sphere space: the sine of the angle beyond it times its distance.
+    pub height_km: f32,
+    /// Standard deviation by the point's own sigma, km.
+    pub sigma_km: f32,
 }
 
 #[cfg(test)]

@@ -135,15 +135,6 @@ pub fn product_transposed<T: Real, const R: usize, const K: usize, const C: usiz
     out
 }
 
-/// `out += a b`.
-pub fn add_product<T: Real, const R: usize, const K: usize, const C: usize>(
-    out: &mut SMatrix<T, R, C>,
-    a: &SMatrix<T, R, K>,
-    b: &SMatrix<T, K, C>,
-) {
-    multiply(out.as_mut_slice(), Store::Increased, R, K, View::of(a), View::of(b));
-}
-
 /// `out += a bᵀ`; of two vectors, an update of rank one.
 pub fn add_product_transposed<T: Real, const R: usize, const K: usize, const C: usize>(
     out: &mut SMatrix<T, R, C>,

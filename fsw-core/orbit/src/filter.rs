@@ -28,13 +28,13 @@ use super::body::CentralBody;
 use super::constants::MICROSECONDS;
 use super::dynamics::MAX_SPAN_US;
 use super::factor::{EDGE, Factor, HEIGHT, MISALIGNMENT, POSITION, VELOCITY};
-use super::look::LimbHeight;
 use super::motion::MotionCovariance;
 use super::observation::{FixError, check, rows_of};
 use super::parameters::{Observation, OrbitParameters};
 use super::point::PositionFix;
 pub use estimate::Nis;
 use estimate::{Estimate, Rows};
+use fsw_ground::frames::LimbHeight;
 use fsw_ground::matrix::dot;
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
 

@@ -35,8 +35,10 @@ use nalgebra::{Matrix3, Vector3};
 
 /// Number of the waves: 1, cos φ, sin φ, ... sin 4φ.
 pub const WAVES: usize = 9;
+/// Number of their angular frequencies.
+const FREQUENCIES: usize = 5;
 /// Their angular frequencies.
-const ORDERS: [f32; 5] = [0.0, 1.0, 2.0, 3.0, 4.0];
+const ORDERS: [f32; FREQUENCIES] = [0.0, 1.0, 2.0, 3.0, 4.0];
 /// Time for which the constants last, s: 30 days, a third of a season.
 const CONSTANT_S: f64 = 30.0 * 86_400.0;
 
@@ -78,6 +80,11 @@ impl Variation {
 /// How often an angular frequency stands among the waves: the mean once, any other as cosine and sine.
 fn times(k: f32) -> f32 {
     if k > 0.0 { 2.0 } else { 1.0 }
+}
+
+/// What the frequencies have, by wave: cosine and sine of a frequency have the same.
+pub fn of_waves<T: Copy>([a, b, c, d, e]: [T; FREQUENCIES]) -> [T; WAVES] {
+    [a, b, b, c, c, d, d, e, e]
 }
 
 /// The waves at an azimuth given by its cosine and sine.
@@ -253,9 +260,9 @@ impl LimbGeometry {
         row
     }
 
-    /// How the waves' coefficients vary, in their order: the field, and what lasts of the edges' errors,
-    /// which many patches share evenly among the waves.
-    pub fn variations(&self, parameters: &OrbitParameters) -> [Variation; WAVES] {
+    /// How the waves' coefficients vary, by frequency (see [`of_waves`]): the field, and what lasts of the
+    /// edges' errors, which many patches share evenly among the waves.
+    pub fn variations(&self, parameters: &OrbitParameters) -> [Variation; FREQUENCIES] {
         let ratio = parameters.field_length_km / (2.0 * self.circle_km().max(1.0));
         let share = |k: f32| {
             let falling = 1.0 + (k * ratio) * (k * ratio);
@@ -265,13 +272,12 @@ impl LimbGeometry {
         let unit = parameters.field_sigma_km * parameters.field_sigma_km / all;
         let field_rate = 1.0 / self.field_lasts_s(parameters);
         let (edge_km2, edge_rate) = (self.lasting_edge_km2(parameters), self.edge_rate(parameters));
-        let [a, b, c, d, e] = ORDERS.map(|k| {
+        ORDERS.map(|k| {
             let (field, edge) = (share(k) * unit, times(k) * edge_km2);
             let variance_km2 = field + edge;
             let rate = field * field_rate + edge * edge_rate;
             Variation { variance_km2, lasts_s: variance_km2 / rate.max(1e-20) }
-        });
-        [a, b, b, c, c, d, d, e, e]
+        })
     }
 
     /// Variance that what lasts of the edges' errors gives the mean height, km²; twice that the other waves.
@@ -344,7 +350,7 @@ pub fn prior(geometry: &LimbGeometry, parameters: &OrbitParameters) -> (Row, Row
     for ((mean, sigma), given) in means.iter_mut().zip(&mut sigmas).skip(HEIGHT).zip(constants(parameters)) {
         [*mean, *sigma] = given;
     }
-    for (sigma, variation) in sigmas.iter_mut().skip(FIELD).zip(geometry.variations(parameters)) {
+    for (sigma, variation) in sigmas.iter_mut().skip(FIELD).zip(of_waves(geometry.variations(parameters))) {
         *sigma = libm::sqrtf(variation.variance_km2);
     }
     for sigma in sigmas.iter_mut().skip(MISALIGNMENT) {

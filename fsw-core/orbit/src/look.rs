@@ -8,18 +8,6 @@
 
 use super::horizon::{WAVES, waves};
 use fsw_ground::matrix::rotate_into;
-use nalgebra::Vector3;
-
-/// Height of the limb at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LimbHeight {
-    /// Unit vector to the point, across the direction to the centre, Earth path's frame, sphere space.
-    pub radial: Vector3<f32>,
-    /// Above the limb predicted, km of sphere space: the sine of the angle beyond it times its distance.
-    pub height_km: f32,
-    /// Standard deviation by the point's own sigma, km.
-    pub sigma_km: f32,
-}
 
 /// A row of the triangle: its coefficients, then the right side.
 type LookRow = [f32; WAVES + 1];

@@ -4,9 +4,9 @@
 //! attitude of the star path (with covariance) and the mounting of the paths; out: position and covariance,
 //! km and km², ICRS axes. `r = -A_SIᵀ T_SE r_E` (eq. 5.4). Its covariance (eq. 5.9) has two parts, turned
 //! into ICRS: that of the Earth vector, and that of the attitude, `[s×] P [s×]ᵀ` with `s` the Earth vector in
-//! the star path: together eq. 5.12 for any attitude and axis. The term of the second order
-//! ([`second_order_km2`], eq. 5.13) is the product of both errors, 1e-3 of these, and not in the fix. Both
-//! are within 5 % of Monte Carlo (`point/tests.rs`).
+//! the star path: together eq. 5.12 for any attitude and axis. The term of the second order (eq. 5.13) is the
+//! product of both errors, 1e-3 of these, and not in the fix. With it and without the covariance is within 5 %
+//! of Monte Carlo (`point/tests.rs`).
 //!
 //! Rounding: f32 in the attitude costs up to 7e-7 of the distance (30 m in GEO), changing from second to
 //! second.
@@ -81,34 +81,6 @@ impl PositionFix {
         }
         self
     }
-}
-
-/// The term of the second order in the covariance of a position (eq. 5.13), km², ICRS axes: that of `ψ ×
-/// δ`, the attitude's error times the Earth vector's, which are independent, `Σ P_ij [e_i×] C [e_j×]ᵀ`. Not
-/// used in flight.
-pub fn second_order_km2(
-    earth_covariance_km2: &Matrix3<f32>,
-    attitude: &Rotation<Icrs, StarPath>,
-    attitude_covariance_rad2: &Matrix3<f32>,
-    mounting: &Rotation<EarthPath, StarPath>,
-) -> Matrix3<f64> {
-    let to_star = mounting.matrix().map(f64::from);
-    let earth = to_star * earth_covariance_km2.map(f64::from) * to_star.transpose();
-    let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| cross_matrix(&axis));
-    let p = attitude_covariance_rad2.map(f64::from);
-    let own = |axis: &Matrix3<f64>, variance: f64| axis * earth * axis.transpose() * variance;
-    let mixed = |one: &Matrix3<f64>, other: &Matrix3<f64>, covariance: f64| {
-        let product = one * earth * other.transpose();
-        (product + product.transpose()) * covariance
-    };
-    let in_star = own(&x, p.m11)
-        + own(&y, p.m22)
-        + own(&z, p.m33)
-        + mixed(&x, &y, p.m12)
-        + mixed(&x, &z, p.m13)
-        + mixed(&y, &z, p.m23);
-    let to_icrs = attitude.matrix().map(f64::from).transpose();
-    symmetric_product(&to_icrs, &in_star)
 }
 
 /// The rotation from the Earth path to ICRS, f64, made orthogonal again after f32 by one step of Newton's

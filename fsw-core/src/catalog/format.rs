@@ -36,7 +36,8 @@
 //! A chord is `|r_i - r_j| = 2 sin(separation / 2)` of the fixed-point vectors: it needs no arc cosine and
 //! loses no digits at small separations.
 
-use crate::checksum::crc32;
+pub use crate::file::CRC_FROM;
+use crate::file::{self, Refusal, u16_at, u32_at};
 use crate::frames::{Direction, Icrs};
 use core::fmt;
 use core::ops::Range;
@@ -60,8 +61,6 @@ pub const SKIP: u16 = (1 << STEP_BITS) - 1;
 pub const ENTRIES_PADDING: usize = 3;
 /// Unused low bits of a component in Q1.30: the file has 24 bits of it.
 pub const UNUSED_BITS: u32 = 7;
-/// Offset of the CRC-protected part.
-pub const CRC_FROM: usize = 12;
 /// Mask of the Hipparcos number within a star's last word.
 pub const HIP_MASK: u32 = (1 << 20) - 1;
 /// Flag of a star with a neighbour too close to be told apart on the detector (thesis §3.1.1).
@@ -108,6 +107,18 @@ impl fmt::Display for CatalogueError {
 }
 
 impl core::error::Error for CatalogueError {}
+
+impl From<Refusal> for CatalogueError {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::Magic => Self::NotACatalogue,
+            Refusal::Version(found) => Self::Version(found),
+            Refusal::Length => Self::Length,
+            Refusal::Checksum => Self::Checksum,
+            Refusal::Header => Self::Structure,
+        }
+    }
+}
 
 /// A catalogue star.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -200,14 +211,6 @@ pub struct Catalogue<'a> {
     pub(super) velocity: Vector3<f32>,
 }
 
-fn u32_at(bytes: &[u8], offset: usize) -> Option<u32> {
-    bytes.get(offset..)?.first_chunk::<4>().map(|word| u32::from_le_bytes(*word))
-}
-
-fn u16_at(bytes: &[u8], offset: usize) -> Option<u16> {
-    bytes.get(offset..)?.first_chunk::<2>().map(|word| u16::from_le_bytes(*word))
-}
-
 /// Largest deviation of the square of a star's vector from one: rounding is below 2e-7.
 const UNIT_SQUARE: f32 = 1e-5;
 
@@ -219,30 +222,15 @@ impl<'a> Catalogue<'a> {
     /// # Errors
     /// The first check that fails, see [`CatalogueError`].
     pub fn open(bytes: &'a [u8]) -> Result<Self, CatalogueError> {
-        if !bytes.starts_with(&MAGIC) {
-            return Err(CatalogueError::NotACatalogue);
-        }
-        let version = u16_at(bytes, 4).ok_or(CatalogueError::Length)?;
-        if version != VERSION {
-            return Err(CatalogueError::Version(version));
-        }
-        let word = |offset| u32_at(bytes, offset).ok_or(CatalogueError::Length);
-        if bytes.len() < HEADER_BYTES || word(12)? as usize != bytes.len() {
-            return Err(CatalogueError::Length);
-        }
-        let protected = bytes.get(CRC_FROM..).ok_or(CatalogueError::Length)?;
-        let crc = word(8)?;
-        if crc32(protected) != crc {
-            return Err(CatalogueError::Checksum);
-        }
-        Self::parse(bytes, (protected, crc)).ok_or(CatalogueError::Structure)
+        let protected = file::check(bytes, MAGIC, VERSION, HEADER_BYTES)?;
+        Self::parse(bytes, protected).ok_or(CatalogueError::Structure)
     }
 
     /// Splits checked bytes into their tables; `None` when the counts do not fit.
     fn parse(bytes: &'a [u8], protected: (&'a [u8], u32)) -> Option<Self> {
         let [stars, entries, bins] = [16, 20, 24].map(|offset| u32_at(bytes, offset));
         let (stars, entries, bins) = (stars? as usize, entries? as usize, bins? as usize);
-        if stars > u16::MAX as usize || u16_at(bytes, 6)? as usize != HEADER_BYTES {
+        if stars > u16::MAX as usize {
             return None;
         }
         let rest = bytes.get(HEADER_BYTES..)?;

@@ -353,10 +353,7 @@ pub fn centre(
     let RayBuffer { rays, departures } = workspace;
     rays::fill(rays, points, camera, body);
     let agreed = find_consensus(rays, body, criteria, parameters)?;
-    let start = prior.and_then(|prior| {
-        let (centre, sine, cosine) = body.limb_cone(&prior.centre_km)?;
-        Some((prior, Cone::from_parts(centre * sine, sine, cosine)?))
-    });
+    let start = prior.and_then(|prior| Some((prior, Cone::about(&prior.centre_km, body)?)));
     let mut cone = start.map_or(agreed, |(_, cone)| cone);
     for _ in 0..STEPS {
         let departing = Departing::new(departures, rays, &cone);

@@ -105,24 +105,12 @@ pub(super) fn find_consensus(
     if (inliers.count_ones() as usize) < criteria.min_inliers {
         return Err(FitError::NoConsensus);
     }
-    retain(rays, inliers);
+    rays.retain(|_| {
+        let chosen = inliers & 1 != 0;
+        inliers >>= 1;
+        chosen
+    });
     Ok(cone)
-}
-
-/// Keeps the chosen rays, in their order.
-fn retain(rays: &mut Rays, chosen: u128) {
-    let mut kept = 0;
-    for at in 0..rays.len() {
-        if (chosen >> (at % 128)) & 1 != 0 {
-            if let Ok([kept, moved]) = rays.get_disjoint_mut([kept, at]) {
-                core::mem::swap(kept, moved);
-            }
-            kept += 1;
-        }
-    }
-    while rays.len() > kept {
-        rays.pop();
-    }
 }
 
 #[cfg(test)]

@@ -11,18 +11,8 @@
 use super::Body;
 use super::centre::RayBuffer;
 use super::rays::{Cone, Ray};
+use crate::frames::LimbHeight;
 use nalgebra::Vector3;
-
-/// Height of the limb at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LimbHeight {
-    /// Unit vector to the point, across the direction to the centre, Earth path's frame, sphere space.
-    pub radial: Vector3<f32>,
-    /// Above the limb predicted, km of sphere space.
-    pub height_km: f32,
-    /// Standard deviation by the point's own sigma, km.
-    pub sigma_km: f32,
-}
 
 /// The limb predicted from the vector to the Earth's centre.
 #[derive(Clone, Copy, Debug)]
@@ -35,9 +25,8 @@ pub struct PredictedLimb {
 impl PredictedLimb {
     /// `None` where the centre cannot be: see [`Body`].
     pub fn new(centre_km: &Vector3<f32>, body: &Body) -> Option<Self> {
-        let (centre, sine, cosine) = body.limb_cone(centre_km)?;
-        let cone = Cone::from_parts(centre * sine, sine, cosine)?;
-        Some(Self { cone, distance_km: body.radius_km() * cosine / sine })
+        let cone = Cone::about(centre_km, body)?;
+        Some(Self { cone, distance_km: body.radius_km() * cone.cosine / cone.sine })
     }
 
     /// The heights of the points that were fitted; none of those whose line of measurement runs along the

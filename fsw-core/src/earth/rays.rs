@@ -126,6 +126,13 @@ impl Cone {
         possible.then_some(Self { axis, sine, cosine })
     }
 
+    /// The limb cone about a centre, from the vector to it, km; `None` where the centre cannot be: see
+    /// [`Body::limb_cone`].
+    pub(super) fn about(centre_km: &Vector3<f32>, body: &Body) -> Option<Self> {
+        let (centre, sine, cosine) = body.limb_cone(centre_km)?;
+        Self::from_parts(centre * sine, sine, cosine)
+    }
+
     /// Residual of a ray, rad, and its unit vector across the axis.
     pub(super) fn residual(&self, ray: &Ray) -> (f32, Vector3<f32>) {
         let turned = self.axis.cross(&ray.unit);

@@ -30,7 +30,8 @@
 //! correction change their signs. That holds for the lens; where pixels are not symmetric (an L, fig. 3.7) it
 //! does not, and the tables are those of the whole detector.
 
-use crate::checksum::crc32;
+pub use crate::file::CRC_FROM;
+use crate::file::{self, Refusal, u16_at, u32_at};
 use fsw_pixels::profile::Entry;
 pub use fsw_pixels::profile::{POINTS_PER_PX, PROFILE_REACH_PX, Profile, RADIAL_POINTS, TANGENTIAL_POINTS};
 
@@ -40,8 +41,6 @@ pub const MAGIC: [u8; 4] = *b"SXCC";
 pub const VERSION: u16 = 2;
 /// Length of the header in bytes.
 pub const HEADER_BYTES: usize = 64;
-/// Where the CRC-protected part begins.
-pub const CRC_FROM: usize = 12;
 /// Length of a profile's numbers before its points.
 pub const PROFILE_HEADER_BYTES: usize = 8;
 /// Length of a profile.
@@ -70,11 +69,23 @@ pub enum CalibrationError {
     Structure,
 }
 
+impl From<Refusal> for CalibrationError {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::Magic => Self::NotACalibration,
+            Refusal::Version(found) => Self::Version(found),
+            Refusal::Length => Self::Length,
+            Refusal::Checksum => Self::Checksum,
+            Refusal::Header => Self::Structure,
+        }
+    }
+}
+
 /// A checked calibration; borrows its bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Calibration<'a> {
-    protected: &'a [u8],
-    crc: u32,
+    /// The bytes under the checksum, and it.
+    protected: (&'a [u8], u32),
     source_crc: u32,
     size_px: [u16; 2],
     centre_px: [f32; 2],
@@ -90,14 +101,6 @@ pub struct Calibration<'a> {
     electrons_per_count: f32,
     residual_px: f32,
     colour: f32,
-}
-
-fn u16_at(bytes: &[u8], offset: usize) -> Option<u16> {
-    bytes.get(offset..)?.first_chunk().map(|word| u16::from_le_bytes(*word))
-}
-
-fn u32_at(bytes: &[u8], offset: usize) -> Option<u32> {
-    bytes.get(offset..)?.first_chunk().map(|word| u32::from_le_bytes(*word))
 }
 
 /// A number that is finite.
@@ -119,30 +122,15 @@ impl<'a> Calibration<'a> {
     /// # Errors
     /// The first check that fails, see [`CalibrationError`].
     pub fn open(bytes: &'a [u8]) -> Result<Self, CalibrationError> {
-        if !bytes.starts_with(&MAGIC) {
-            return Err(CalibrationError::NotACalibration);
-        }
-        let version = u16_at(bytes, 4).ok_or(CalibrationError::Length)?;
-        if version != VERSION {
-            return Err(CalibrationError::Version(version));
-        }
-        let word = |offset| u32_at(bytes, offset).ok_or(CalibrationError::Length);
-        if bytes.len() < HEADER_BYTES || word(12)? as usize != bytes.len() {
-            return Err(CalibrationError::Length);
-        }
-        let protected = bytes.get(CRC_FROM..).ok_or(CalibrationError::Length)?;
-        let crc = word(8)?;
-        if crc32(protected) != crc {
-            return Err(CalibrationError::Checksum);
-        }
-        Self::parse(bytes, (protected, crc)).ok_or(CalibrationError::Structure)
+        let protected = file::check(bytes, MAGIC, VERSION, HEADER_BYTES)?;
+        Self::parse(bytes, protected).ok_or(CalibrationError::Structure)
     }
 
-    fn parse(bytes: &'a [u8], (protected, crc): (&'a [u8], u32)) -> Option<Self> {
+    fn parse(bytes: &'a [u8], protected: (&'a [u8], u32)) -> Option<Self> {
         let half = |offset| u16_at(bytes, offset);
         let [profile_count, columns, rows] = [28, 32, 34].map(|offset| half(offset).map(usize::from));
         let (profile_count, columns, rows) = (profile_count?, columns?, rows?);
-        if usize::from(half(6)?) != HEADER_BYTES || profile_count == 0 || columns < 2 || rows < 2 {
+        if profile_count == 0 || columns < 2 || rows < 2 {
             return None;
         }
         let (profiles, tables) =
@@ -158,7 +146,6 @@ impl<'a> Calibration<'a> {
         let within = |offset, low: f32, high: f32| f32_at(bytes, offset).filter(|v| *v >= low && *v <= high);
         Some(Self {
             protected,
-            crc,
             source_crc: u32_at(bytes, 56)?,
             size_px: [half(16)?, half(18)?],
             centre_px: [within(20, -65_536.0, 131_072.0)?, within(24, -65_536.0, 131_072.0)?],
@@ -179,12 +166,12 @@ impl<'a> Calibration<'a> {
 
     /// CRC-32 of the file, by which a parameter table names it.
     pub fn crc(&self) -> u32 {
-        self.crc
+        self.protected.1
     }
 
     /// The bytes under the checksum, and it.
     pub fn protected(&self) -> (&'a [u8], u32) {
-        (self.protected, self.crc)
+        self.protected
     }
 
     /// CRC-32 of what it was made from.

@@ -25,7 +25,8 @@
 //! listed and cost nothing. Rows have no offsets here: in an active-pixel detector those are new in every
 //! readout (reset and supply noise), which no table knows; the local background follows them.
 
-use crate::checksum::crc32;
+use crate::file::{self, Refusal, u16_at};
+pub use crate::file::{CRC_FROM, LENGTH_FROM};
 use fsw_hal::Window;
 
 /// First bytes of every file.
@@ -34,10 +35,6 @@ pub const MAGIC: [u8; 4] = *b"SXDF";
 pub const VERSION: u16 = 1;
 /// Length of the header in bytes.
 pub const HEADER_BYTES: usize = 28;
-/// Where the total length stands.
-pub const LENGTH_FROM: usize = 12;
-/// Where the CRC-protected part begins.
-pub const CRC_FROM: usize = 12;
 
 /// Why bytes were refused, or a table for a detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +55,18 @@ pub enum DefectsError {
     Outside,
     /// The table is sound but of a detector of another size.
     OtherDetector,
+}
+
+impl From<Refusal> for DefectsError {
+    fn from(refusal: Refusal) -> Self {
+        match refusal {
+            Refusal::Magic => Self::NotDefects,
+            Refusal::Version(found) => Self::Version(found),
+            Refusal::Length => Self::Length,
+            Refusal::Checksum => Self::Checksum,
+            Refusal::Header => Self::Structure,
+        }
+    }
 }
 
 /// A number of the table.
@@ -107,37 +116,17 @@ impl<'a> Defects<'a> {
     /// # Errors
     /// The first check that fails, see [`DefectsError`].
     pub fn open(bytes: &'a [u8]) -> Result<Self, DefectsError> {
-        if !bytes.starts_with(&MAGIC) {
-            return Err(DefectsError::NotDefects);
-        }
-        let half = |offset| -> Result<u16, DefectsError> {
-            let word = bytes.get(offset..).and_then(|rest| rest.first_chunk());
-            word.map(|word| u16::from_le_bytes(*word)).ok_or(DefectsError::Length)
-        };
-        let word = |offset| Ok(u32::from(half(offset)?) | u32::from(half(offset + 2)?) << 16);
-        let version = half(4)?;
-        if version != VERSION {
-            return Err(DefectsError::Version(version));
-        }
-        if bytes.len() < HEADER_BYTES || word(LENGTH_FROM)? as usize != bytes.len() {
-            return Err(DefectsError::Length);
-        }
-        let crc = word(8)?;
-        if crc32(bytes.get(CRC_FROM..).ok_or(DefectsError::Length)?) != crc {
-            return Err(DefectsError::Checksum);
-        }
-        if usize::from(half(6)?) != HEADER_BYTES {
-            return Err(DefectsError::Structure);
-        }
-        let size_px = [half(16)?, half(18)?];
-        let table = Self::split(bytes, crc, size_px, half(22)?, half(20)?).ok_or(DefectsError::Structure)?;
+        let (_, crc) = file::check(bytes, MAGIC, VERSION, HEADER_BYTES)?;
+        let table = Self::split(bytes, crc).ok_or(DefectsError::Structure)?;
         table.check()?;
         Ok(table)
     }
 
     /// The three lists, which fill the file.
-    fn split(bytes: &'a [u8], crc: u32, size_px: [u16; 2], bad: u16, offsets: u16) -> Option<Self> {
-        let [_, rows] = size_px;
+    fn split(bytes: &'a [u8], crc: u32) -> Option<Self> {
+        let half = |offset| u16_at(bytes, offset);
+        let size_px @ [_, rows] = [half(16)?, half(18)?];
+        let (offsets, bad) = (half(20)?, half(22)?);
         let rest = bytes.get(HEADER_BYTES..)?;
         let (row_starts, rest) = rest.split_at_checked(2 * (usize::from(rows) + 1))?;
         let (pixels, rest) = rest.split_at_checked(2 * usize::from(bad))?;

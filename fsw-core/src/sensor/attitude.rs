@@ -143,7 +143,7 @@ impl Sensor<'_> {
     }
 
     /// By how much a manoeuvre may have turned it since the last image, one sigma an axis, rad.
-    fn manoeuvred_rad(&self, motion: &Filter<2>) -> f32 {
+    fn manoeuvred_rad(&self, motion: &Filter) -> f32 {
         let age_s = if motion.has_rate_sensor() { 0.0 } else { seconds(motion.age_us(self.now)) };
         0.5 * self.parameters.tracking.manoeuvre_rad_s2 * age_s * age_s
     }
@@ -158,7 +158,7 @@ impl Sensor<'_> {
 
     /// Three sigma of where a filter predicts a star in the corner at an instant, px; `None` where it predicts
     /// none that could be tracked. Roll moves a star by its distance from the line of sight.
-    pub(super) fn three_sigma_px(&self, motion: &Filter<2>, instant: LocalTime) -> Option<f32> {
+    pub(super) fn three_sigma_px(&self, motion: &Filter, instant: LocalTime) -> Option<f32> {
         let [right, bottom] = self.camera.middle_px();
         let rad_per_px = self.camera.rad_per_px();
         let lever = libm::sqrtf(right * right + bottom * bottom) * rad_per_px;

@@ -10,29 +10,29 @@ use fsw_hal::LocalTime;
 /// The filter, if there is one.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Motion {
-    filter: Option<Filter<2>>,
+    filter: Option<Filter>,
     lost: bool,
 }
 
-impl From<Filter<2>> for Motion {
-    fn from(filter: Filter<2>) -> Self {
+impl From<Filter> for Motion {
+    fn from(filter: Filter) -> Self {
         Self { filter: Some(filter), lost: false }
     }
 }
 
 impl Motion {
     /// The filter that is trusted.
-    pub(super) fn as_ref(&self) -> Option<&Filter<2>> {
+    pub(super) fn as_ref(&self) -> Option<&Filter> {
         self.filter.as_ref().filter(|_| !self.lost)
     }
 
     /// The same, to be updated.
-    pub(super) fn as_mut(&mut self) -> Option<&mut Filter<2>> {
+    pub(super) fn as_mut(&mut self) -> Option<&mut Filter> {
         self.filter.as_mut().filter(|_| !self.lost)
     }
 
     /// The filter, trusted or lost.
-    pub(super) fn any(&self) -> Option<&Filter<2>> {
+    pub(super) fn any(&self) -> Option<&Filter> {
         self.filter.as_ref()
     }
 

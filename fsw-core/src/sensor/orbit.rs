@@ -3,15 +3,14 @@
 use super::Sensor;
 use super::record::{Events, FixRecord, Solution};
 use super::timekeeping::SECOND_US;
-use crate::earth::heights::{LimbHeight as EarthLimbHeight, PredictedLimb};
+use crate::earth::heights::PredictedLimb;
 use crate::earth::{Body, EarthFix, MAX_LIMB_POINTS};
-use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
+use crate::frames::{EarthPath, Icrs, LimbHeight, Rotation, StarPath};
 use crate::matrix::{symmetric_product, transposed_product};
 use crate::orbit::OrbitState;
 use crate::orbit::body::CentralBody;
 use crate::orbit::filter::{Nis, Update};
 use crate::orbit::keplerian::Keplerian;
-use crate::orbit::look::LimbHeight;
 use crate::orbit::lvlh;
 use crate::orbit::motion::MotionCovariance;
 use crate::orbit::parameters::Observation;
@@ -75,7 +74,7 @@ impl Sensor<'_> {
             let heights = limb.heights(&self.workspace.shared.readout().rays);
             let mut seen = Vec::<LimbHeight, MAX_LIMB_POINTS>::new();
             // There are no more points than room.
-            fill(&mut seen, heights.map(in_orbit));
+            fill(&mut seen, heights);
             self.orbit.observe_limb(&seen, body.radius_km(), &to_icrs, &in_path, &self.parameters.orbit);
             return FixRecord::default();
         }
@@ -192,11 +191,6 @@ impl Sensor<'_> {
 pub(super) fn covariance_rad2(sigma_rad: [f32; 3]) -> Matrix3<f32> {
     let [x, y, z] = sigma_rad.map(|sigma| sigma * sigma);
     Matrix3::from_diagonal(&Vector3::new(x, y, z))
-}
-
-/// A height as the orbit takes it.
-fn in_orbit(EarthLimbHeight { radial, height_km, sigma_km }: EarthLimbHeight) -> LimbHeight {
-    LimbHeight { radial, height_km, sigma_km }
 }
 
 /// Sigmas of the position along Hill's axes, km.

@@ -24,10 +24,10 @@ use super::record::Events;
 use super::timekeeping::Timekeeper;
 use crate::camera::Camera;
 use crate::checksum::SlicedCrc32;
+use crate::command::GroundOrbit;
 use crate::earth::ground::UsualGround;
 use crate::frames::{EarthPath, Rotation, StarPath};
 use crate::modes::{Guard, Mode, Modes};
-use crate::orbit::OrbitState;
 use crate::parameters::{MAX_TABLE_BYTES, Parameters};
 use crate::shutting::Shutting;
 use crate::telemetry::{Event, OrbitReport};
@@ -76,14 +76,6 @@ impl Spare {
 /// variance; the root of 6 is 2.4.
 const INFLATION: f64 = 3.0;
 
-/// The orbit that was told last.
-#[derive(Clone, Copy, Debug)]
-struct ToldOrbit {
-    state: OrbitState,
-    /// Of position and velocity, worst axes, km and km/s.
-    sigmas: [f32; 2],
-}
-
 /// What the last second left: sums of words, and copies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seal {
@@ -91,7 +83,8 @@ pub(super) struct Seal {
     attitude: u32,
     /// Of the orbit's; 0 without one.
     orbit: u32,
-    told: Option<ToldOrbit>,
+    /// The orbit that was told last.
+    told: Option<GroundOrbit>,
     /// Of mode and counters, and the mode.
     modes: u32,
     mode: Mode,
@@ -211,11 +204,7 @@ impl Sensor<'_> {
 
     /// Notes what the next second has to find, and the orbit as it is told.
     pub(super) fn seal(&mut self, told: Option<&OrbitReport>) {
-        let worst = |sigmas: [f32; 3]| sigmas.into_iter().fold(0.0, f32::max);
-        let told = self.orbit.state().zip(told).map(|(state, told)| ToldOrbit {
-            state: *state,
-            sigmas: [worst(told.sigma_position_km), worst(told.sigma_velocity_km_s)],
-        });
+        let told = self.orbit.state().zip(told).map(|(state, told)| told.ground_orbit(state.time_us));
         self.seal = Seal {
             attitude: self.motion.word_sum(),
             orbit: self.orbit.word_sum(),
@@ -229,10 +218,12 @@ impl Sensor<'_> {
     #[inline(never)]
     fn begin_orbit_anew(&mut self, events: &mut Events) {
         self.forget_orbit();
-        let begun = self.seal.told.is_some_and(|ToldOrbit { state, sigmas }| {
-            let [position_km, velocity_km_s] = sigmas.map(|sigma| INFLATION * f64::from(sigma));
-            self.orbit.initialise(state, position_km, velocity_km_s, &self.parameters.orbit)
-        });
+        let begun =
+            self.seal.told.is_some_and(|GroundOrbit { state, position_sigma_km, velocity_sigma_km_s }| {
+                let sigmas = [position_sigma_km, velocity_sigma_km_s];
+                let [position_km, velocity_km_s] = sigmas.map(|sigma| INFLATION * sigma);
+                self.orbit.initialise(state, position_km, velocity_km_s, &self.parameters.orbit)
+            });
         events.note(if begun { Event::OrbitRestarted } else { Event::OrbitForgotten });
     }
 }

@@ -372,13 +372,13 @@ impl Sensor<'_> {
     }
 
     /// How far a filter's rate draws the fastest star out in the parameters' exposure, px; 0 without a rate.
-    pub(super) fn drawn_px(&self, motion: &Filter<2>) -> f32 {
+    pub(super) fn drawn_px(&self, motion: &Filter) -> f32 {
         let exposure_s = self.parameters.imaging.exposure_us as f32 * 1e-6;
         motion.rate().map_or(0.0, |rate| self.farthest_px(&(rate.rad_s * exposure_s)))
     }
 
     /// Whether by a filter's rate stars are lines even in the shortest exposure.
-    pub(super) fn is_too_fast_to_track(&self, motion: &Filter<2>) -> bool {
+    pub(super) fn is_too_fast_to_track(&self, motion: &Filter) -> bool {
         self.drawn_px(motion) > GREATEST_SCANNED_PX * LARGEST_SCAN_DIVISOR
     }
 

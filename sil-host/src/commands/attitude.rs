@@ -53,6 +53,7 @@ pub fn reason_words(reason: WahbaError) -> &'static str {
 
 /// A set as given.
 #[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SetInput {
     /// Anything that names the set; given back.
     pub id: serde_json::Value,

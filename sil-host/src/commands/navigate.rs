@@ -52,6 +52,7 @@ const NOTED_KM: f64 = 10_000.0;
 
 /// The first line.
 #[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct GuessInput {
     #[serde(flatten)]
     state: StateInput,
@@ -65,6 +66,7 @@ struct GuessInput {
 
 /// A measurement as given.
 #[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct MeasurementInput {
     t_s: f64,
     #[serde(default)]

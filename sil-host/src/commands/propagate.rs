@@ -20,7 +20,8 @@ use serde::{Deserialize, Serialize};
 use std::fs;
 use std::process::ExitCode;
 
-const TO_DO: &str = "give {\"t_s\":..,\"r_km\":[x,y,z],\"v_km_s\":[x,y,z]}";
+const TO_DO: &str = "give {\"t_s\":..,\"r_km\":[x,y,z],\"v_km_s\":[x,y,z]} and, where they count, body, mass_kg, \
+                     drag_area_m2, srp_area_m2, cd, cr";
 /// Greatest coefficient times area over mass, m²/kg, that the flight parameters may have.
 const MOST_M2_KG: f64 = 10.0;
 /// Most states that one call prints.
@@ -28,6 +29,7 @@ const MAX_STATES: f64 = 1e7;
 
 /// A state and the satellite, as the file gives them.
 #[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Input {
     /// The state.
     #[serde(flatten)]

@@ -379,10 +379,14 @@ fn instruments_are_on_board_where_their_table_is() {
     // A noise of 0.22 deg/s and steps of 0.07 in a second, less 20 % that are not believed; 5 px of 75
     // arcsec.
     let words = both.unused_gyro().expect("the thesis's gyro loses the stars");
-    assert!(words.contains("it loses 0.18 deg") && words.contains("the 0.03 deg"), "{words}");
+    assert!(words.contains("it loses 0.18 deg") && words.contains("at most 0.03 deg"), "{words}");
     assert!(none.unused_gyro().is_none());
     let quiet = with("[gyro]\nnoise_deg_s = 0.0005\nresolution_deg_s = 0.0\nbias_deg_s = 0.01").unwrap();
     assert!(quiet.unused_gyro().is_none());
+    // The flight code expects some noise of any.
+    let none_at_all = with("[gyro]\nnoise_deg_s = 0.0\nresolution_deg_s = 0.0").unwrap();
+    let words = none_at_all.unused_gyro().unwrap();
+    assert!(words.contains("as rate_sensor.white_rad is outside its range: it loses 0.00 deg"), "{words}");
     let noise = quiet.flight_parameters(None).rate_sensor.unwrap();
     // 0.0005 deg/s, of which the data sheet tells four fifths.
     assert!((noise.white_rad - 6.981e-6).abs() < 1e-8, "{noise:?}");

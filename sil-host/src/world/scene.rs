@@ -10,8 +10,8 @@
 //! 2. charge: light times the pixel's gain, dark current, hot pixels, all of them means
 //! 3. `Poisson(charge) + read noise`
 //! 4. protons; offsets of column and row
-//! 5. cut at full well, `round(electrons / gain + pedestal)`, cut to the detector's bits; dead pixels say
-//!    what they always do
+//! 5. cut at full well, `round(electrons / gain + pedestal)`, cut to the detector's bits; dead pixels read
+//!    0 or full scale
 //!
 //! With a rolling shutter a star is where it is at the time of its own row, see
 //! [`crate::world::detector::shutter`]; the Earth is drawn as of the middle of the exposure. False stars and
@@ -387,11 +387,11 @@ impl Scene {
                 *number = converter.digital_number(*electrons + (row_e + column_e));
             }
         }
-        self.bury_dead_pixels(window, numbers);
+        self.set_dead_pixels(window, numbers);
     }
 
-    /// Dead pixels say 0 or full scale.
-    fn bury_dead_pixels(&self, window: Window, pixels: &mut [u16]) {
+    /// Sets the dead pixels of a window to 0 or full scale.
+    fn set_dead_pixels(&self, window: Window, pixels: &mut [u16]) {
         let full_scale = ((1u32 << self.settings.camera.bits.min(16)) - 1) as u16;
         let first = self.dead_pixels.partition_point(|(_, y, _)| *y < window.y);
         for (x, y, high) in self.dead_pixels[first..].iter().take_while(|d| d.1 - window.y < window.height) {

@@ -72,6 +72,32 @@ fn lines_of_fields_that_are_no_fields() {
 }
 
 #[test]
+fn a_key_that_a_command_does_not_know_is_named_instead_of_ignored() {
+    let folder = scratch("unknown-keys");
+    let guess = r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,7.5,0],"sigma_r_km":1,"sigma_v_km_s":0.001}"#;
+    let with = |line: &str, key: &str| line.replacen('{', &format!("{{\"{key}\":1,"), 1);
+    let refuse = |arguments: &[&str], text: &str, words: &[&str]| {
+        let file = write(&folder, "given.json", text.as_bytes());
+        refused(&[&[arguments[0], file.as_str()][..], &arguments[1..]].concat(), words)
+    };
+    let state = r#"{"t_s":0,"r_km":[7000,0,0],"v_km_s":[0,7.5,0]}"#;
+    let propagate = ["propagate", "--duration-s", "60", "--step-s", "60", "--json"];
+    refuse(
+        &propagate,
+        &with(state, "mas_kg"),
+        &["given.json:", "unknown field `mas_kg`", "give ", "mass_kg"],
+    );
+    let navigate = ["navigate", "--json"];
+    let words = ["given.json:1:", "unknown field `sigma_km`", "sigma_r_km"];
+    refuse(&navigate, &with(guess, "sigma_km"), &words);
+    let words = ["given.json:2:", "unknown field `range`", "range_km"];
+    refuse(&navigate, &format!("{guess}\n{}", with(r#"{"t_s":10}"#, "range")), &words);
+    let set = r#"{"id":1,"b":[[1,0,0],[0,1,0]],"r":[[1,0,0],[0,1,0]],"sigma_rad":[1e-4,1e-4]}"#;
+    let words = ["given.json:1:", "unknown field `covariance`", "covariance_rad2"];
+    refuse(&["attitude", "--json"], &with(set, "covariance"), &words);
+}
+
+#[test]
 fn a_line_that_is_no_text_is_named_and_the_lines_beside_it_are_answered() {
     let folder = scratch("no-text");
     let with = |lines: [&str; 2], arguments: &[&str]| {

@@ -15,11 +15,9 @@ fn products_of_every_shape_have_the_bits_of_nalgebra() {
         assert_eq!(product_transposed(&a, &b.transpose()), a * b);
         assert_eq!(transposed_product(&a.transpose(), &b), a * b);
         let before = random::<6, 7>(seed + 2000);
-        let (mut sum, mut same) = (before, before);
-        add_product(&mut sum, &a, &b);
-        add_product_transposed(&mut same, &a, &b.transpose());
+        let mut sum = before;
+        add_product_transposed(&mut sum, &a, &b.transpose());
         assert_eq!(sum, before + a * b);
-        assert_eq!(same, sum);
         let (a, b) = (a.map(|x| x as f32), b.map(|x| x as f32));
         assert_eq!(product(&a, &b), a * b);
     }

@@ -5,6 +5,33 @@ fn narrow(q: [f64; 4]) -> [f32; 4] {
     q.map(|x| x as f32)
 }
 
+/// The term of the second order in the covariance of a position (eq. 5.13), km², ICRS axes: that of `ψ ×
+/// δ`, the attitude's error times the Earth vector's, which are independent, `Σ P_ij [e_i×] C [e_j×]ᵀ`.
+fn second_order_km2(
+    earth_covariance_km2: &Matrix3<f32>,
+    attitude: &Rotation<Icrs, StarPath>,
+    attitude_covariance_rad2: &Matrix3<f32>,
+    mounting: &Rotation<EarthPath, StarPath>,
+) -> Matrix3<f64> {
+    let to_star = mounting.matrix().map(f64::from);
+    let earth = to_star * earth_covariance_km2.map(f64::from) * to_star.transpose();
+    let [x, y, z] = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| cross_matrix(&axis));
+    let p = attitude_covariance_rad2.map(f64::from);
+    let own = |axis: &Matrix3<f64>, variance: f64| axis * earth * axis.transpose() * variance;
+    let mixed = |one: &Matrix3<f64>, other: &Matrix3<f64>, covariance: f64| {
+        let product = one * earth * other.transpose();
+        (product + product.transpose()) * covariance
+    };
+    let in_star = own(&x, p.m11)
+        + own(&y, p.m22)
+        + own(&z, p.m33)
+        + mixed(&x, &y, p.m12)
+        + mixed(&x, &z, p.m13)
+        + mixed(&y, &z, p.m23);
+    let to_icrs = attitude.matrix().map(f64::from).transpose();
+    symmetric_product(&to_icrs, &in_star)
+}
+
 #[test]
 fn the_position_is_eq_5_4() {
     let mut generator = Generator::new(54);

@@ -2,15 +2,11 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Symmetric, of 3 x 3 blocks.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct BlockCovariance<const BLOCKS: usize>(pub(super) [[Matrix3<f32>; BLOCKS]; BLOCKS]);
+/// Symmetric, of two by two blocks.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct BlockCovariance(pub(super) [[Matrix3<f32>; 2]; 2]);
 
-impl<const BLOCKS: usize> BlockCovariance<BLOCKS> {
-    pub(super) fn from_fn(block: impl Fn(usize, usize) -> Matrix3<f32>) -> Self {
-        Self(core::array::from_fn(|row| core::array::from_fn(|column| block(row, column))))
-    }
-
+impl BlockCovariance {
     /// A block; there is none outside.
     pub(super) fn at(&self, row: usize, column: usize) -> Matrix3<f32> {
         self.0.get(row).and_then(|blocks| blocks.get(column)).copied().unwrap_or_default()
@@ -32,15 +28,6 @@ impl<const BLOCKS: usize> BlockCovariance<BLOCKS> {
 #[inline(never)]
 pub(super) fn product(a: &Matrix3<f32>, b: &Matrix3<f32>) -> Matrix3<f32> {
     a * b
-}
-
-/// `t^k / k!`, k to 2: the k-fold integral of 1 over the time.
-pub(super) fn power(elapsed: f32, k: usize) -> f32 {
-    match k {
-        0 => 1.0,
-        1 => elapsed,
-        _ => elapsed * elapsed * 0.5,
-    }
 }
 
 /// A rotation vector, its matrix and the mean of the matrix over the rotation.

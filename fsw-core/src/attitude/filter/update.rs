@@ -3,8 +3,9 @@
 
 use super::blocks::product;
 use super::{
-    CONSISTENCY_IMAGES, CORRELATED_SHARE, FIRST_PROCESS_NOISE_RAD, Filter, MAX_RATE_BASE_S, MAX_STEP_S,
-    MIN_RATE_BASE_S, MRAD, NOISE_DECAY, NOISE_GROWTH, RATE, RESTART_NIS, Rate, seconds, square, squares,
+    ATTITUDE, CONSISTENCY_IMAGES, CORRELATED_SHARE, FIRST_PROCESS_NOISE_RAD, Filter, MAX_RATE_BASE_S,
+    MAX_STEP_S, MIN_RATE_BASE_S, MRAD, NOISE_DECAY, NOISE_GROWTH, RATE, RESTART_NIS, Rate, seconds, square,
+    squares,
 };
 use crate::attitude::VectorPair;
 use crate::attitude::covariance::Information;
@@ -12,7 +13,7 @@ use crate::frames::{Icrs, Rotation, StarPath};
 use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
 
-impl<const BLOCKS: usize> Filter<BLOCKS> {
+impl Filter {
     /// Measurement update by an attitude; one of an earlier instant, or with NIS >= 40, reinitialises the
     /// filter. Whether it contradicts the rate sensor: its readings led elsewhere.
     pub fn measurement_update(
@@ -94,7 +95,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let away = if expected.x.abs() < 0.7 { Vector3::x() } else { Vector3::y() };
         let Some(right) = away.cross(expected).try_normalize(1e-3) else { return false };
         let up = expected.cross(&right);
-        let (p, variance) = (then.covariance.at(0, 0), square(pair.sigma_rad));
+        let (p, variance) = (then.covariance.at(ATTITUDE, ATTITUDE), square(pair.sigma_rad));
         let (across, both, along) = (right.dot(&(p * right)), right.dot(&(p * up)), up.dot(&(p * up)));
         let (across, along) = (across + variance, along + variance);
         // S⁻¹ = E (Eᵀ P E + R)⁻¹ Eᵀ with E the two axes.
@@ -103,7 +104,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             - (right * up.transpose() + up * right.transpose()) * both)
             * per;
         let left = Matrix3::identity() - product(&p, &inverse);
-        if !then.correct(0, &innovation, &inverse, &left, 2.0) {
+        if !then.correct(ATTITUDE, &innovation, &inverse, &left, 2.0) {
             return false;
         }
         *self = then;
@@ -118,7 +119,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         if self.sensor.is_some() || !then.propagate(instant, None) {
             return false;
         }
-        let innovation = rate.rad_s - then.state(RATE);
+        let innovation = rate.rad_s - then.driven;
         let taken = then.correct_block(RATE, &innovation, &squares(&rate.sigma_rad_s));
         if taken {
             then.rate_seen_at = instant;
@@ -129,7 +130,7 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
 
     /// Correction by an attitude, three axes.
     fn correct_attitude(&mut self, innovation: &Vector3<f32>, variance: &Vector3<f32>) -> bool {
-        let correct = self.correct_block(0, innovation, &(variance * (1.0 - CORRELATED_SHARE)));
+        let correct = self.correct_block(ATTITUDE, innovation, &(variance * (1.0 - CORRELATED_SHARE)));
         if correct {
             self.variance = *variance;
         }
@@ -165,15 +166,15 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         }
         self.update_process_noise(nis / freedom);
         let before = self.covariance;
-        for row in 0..BLOCKS {
+        for row in [ATTITUDE, RATE] {
             let gain = product(&before.at(row, observed), inverse);
             let step = gain * innovation;
-            if row == 0 {
+            if row == ATTITUDE {
                 self.attitude = self.attitude.turned(&step);
             } else {
-                self.add(row, &step);
+                self.driven += step;
             }
-            for column in row..BLOCKS {
+            for column in row..=RATE {
                 let block = if row == observed {
                     product(left, &before.at(row, column))
                 } else {
@@ -210,8 +211,8 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
         let per_second = 1.0 / elapsed_s.max(MIN_RATE_BASE_S);
         let rate = innovation * per_second;
         if (MIN_RATE_BASE_S..=MAX_RATE_BASE_S).contains(&elapsed_s) && self.sensor.is_none() {
-            self.add(RATE, &(before.state(RATE) + rate));
-            self.covariance.set_block(0, RATE, Matrix3::from_diagonal(&(self.variance * per_second)));
+            self.driven += before.driven + rate;
+            self.covariance.set_block(ATTITUDE, RATE, Matrix3::from_diagonal(&(self.variance * per_second)));
             let both = (self.variance + before.variance) * (per_second * per_second);
             self.covariance.set_block(RATE, RATE, Matrix3::from_diagonal(&both));
             self.has_rate = true;
@@ -220,12 +221,9 @@ impl<const BLOCKS: usize> Filter<BLOCKS> {
             let changed = Matrix3::from_diagonal_element(
                 square(FIRST_PROCESS_NOISE_RAD) * elapsed_s.clamp(0.0, MAX_STEP_S),
             );
-            self.add(RATE, &before.state(RATE));
+            self.driven += before.driven;
             self.covariance.set_block(RATE, RATE, before.covariance.at(RATE, RATE) + changed);
             self.has_rate = true;
-        }
-        for k in RATE + 1..BLOCKS {
-            self.covariance.set_block(k, k, Matrix3::from_diagonal_element(square(rate.norm() * per_second)));
         }
         if before.has_rate && self.sensor.is_none() {
             let (least, greatest) = self.process_noise_limits();

@@ -7,6 +7,7 @@ use crate::frames::Icrs;
 use crate::image::calibration;
 use crate::image::calibration::Calibration;
 use crate::oracle::Generator;
+use crate::orbit::OrbitState;
 use crate::sensor::Workspace;
 use fsw_hal::LocalTime;
 use nalgebra::{Matrix3, Vector3};
@@ -107,7 +108,7 @@ fn unturned() -> Rotation<Icrs, StarPath> {
 }
 
 /// A filter of the attitude turned by so much about z, rad.
-fn attitude(angle_rad: f32) -> Filter<2> {
+fn attitude(angle_rad: f32) -> Filter {
     Filter::new(unturned().turned(&Vector3::z().scale(angle_rad)), [1e-5; 3], LocalTime::from_us(7))
 }
 

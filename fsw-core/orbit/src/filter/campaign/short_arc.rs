@@ -6,8 +6,7 @@ use super::*;
 use crate::constants::LIGHT_KM_S;
 use crate::ephemeris::pole_axis;
 use crate::forces::Dynamics;
-use crate::horizon::{self, LimbGeometry, WAVES, waves};
-use crate::look::LimbHeight;
+use crate::horizon::{self, LimbGeometry, WAVES, of_waves, waves};
 
 /// Radius of the limb's sphere, km.
 const RADIUS_KM: f32 = 6383.0;
@@ -39,14 +38,13 @@ impl TrueLimb {
     fn at_start(state: &OrbitState, parameters: &OrbitParameters, generator: &mut Generator) -> Self {
         let constants = horizon::constants(parameters)
             .map(|[mean, sigma]| f64::from(mean) + generator.gaussian() * f64::from(sigma));
-        let field = geometry(state)
-            .variations(parameters)
+        let field = of_waves(geometry(state).variations(parameters))
             .map(|wave| generator.gaussian() * f64::from(wave.variance_km2).sqrt());
         Self { constants, field }
     }
 
     fn live(&mut self, state: &OrbitState, parameters: &OrbitParameters, generator: &mut Generator) {
-        for (wave, variation) in self.field.iter_mut().zip(geometry(state).variations(parameters)) {
+        for (wave, variation) in self.field.iter_mut().zip(of_waves(geometry(state).variations(parameters))) {
             let (decay, variance) = (f64::from(variation.decay(1.0)), f64::from(variation.variance_km2));
             *wave = decay * *wave + generator.gaussian() * (variance * (1.0 - decay * decay)).sqrt();
         }

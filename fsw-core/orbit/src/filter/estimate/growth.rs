@@ -30,8 +30,9 @@ impl Estimate {
         for (state, [mean, sigma]) in (HEIGHT..FIELD).zip(horizon::constants(parameters)) {
             self.renew(state, constant, mean, sigma * sigma);
         }
-        for (state, variation) in (FIELD..MISALIGNMENT).zip(geometry.variations(parameters)) {
-            self.renew(state, variation.decay(dt), 0.0, variation.variance_km2);
+        let waves = geometry.variations(parameters).map(|wave| (wave.decay(dt), wave.variance_km2));
+        for (state, (decay, variance_km2)) in (FIELD..MISALIGNMENT).zip(horizon::of_waves(waves)) {
+            self.renew(state, decay, 0.0, variance_km2);
         }
         self.factor.settle();
     }
