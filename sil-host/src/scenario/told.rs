@@ -39,7 +39,7 @@ impl Scenario {
     }
 
     /// The flight code's parameters for this scenario, with this calibration: the only place where they are
-    /// made, all from what is [believed](Believed).
+    /// made, all from what is [believed](super::Believed).
     pub fn flight_parameters(&self, calibration: Option<&Calibration>) -> Parameters {
         let camera = flight::camera_parameters(&self.believed_camera());
         let defaults = Parameters::for_camera(camera).about(self.forces.body);
