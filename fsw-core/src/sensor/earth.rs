@@ -14,7 +14,9 @@ use crate::earth::limb_sensor::{
 use crate::earth::view::View;
 use crate::earth::{Body, FitError, Strips};
 use crate::frames::{EarthPath, Icrs, Rotation, StarPath};
+use crate::image::scan::MAX_DETECTIONS;
 use crate::matrix::{add_scaled, cross_matrix, product, symmetric_product};
+use crate::modes::Mode;
 use crate::telemetry::AttitudeReport;
 use fsw_hal::{Detector, DetectorError, Stage, StageMeter};
 use nalgebra::{Matrix3, Vector3};
@@ -185,7 +187,8 @@ impl Sensor<'_> {
         // The whole detector is searched if fewer than 2/3 of the strips could be placed: the prediction is
         // not sure of the rest.
         if !self.has_enough(&strips) {
-            if self.earth_misses >= SEARCH_PATIENCE && !self.cycle.is_multiple_of(SEARCH_EVERY) {
+            let waits = self.earth_misses >= SEARCH_PATIENCE && !self.cycle.is_multiple_of(SEARCH_EVERY);
+            if waits || self.scanned_crowd() {
                 return Ok(Looked::Not);
             }
             meter.begin(Stage::Search);
@@ -202,6 +205,13 @@ impl Sensor<'_> {
             }
         }
         Ok(self.fit(meter, body, (&strips, prior.as_ref()), !by_orbit))
+    }
+
+    /// Whether the whole image was searched for stars and had more spots than are kept: a search of it for the
+    /// Earth beside that would make 74 million cycles of the second, and waits for one that tracks.
+    fn scanned_crowd(&self) -> bool {
+        let scans = matches!(self.modes.mode(), Mode::Acquisition | Mode::SunOutage);
+        scans && self.workspace.detections.found() as usize > MAX_DETECTIONS
     }
 
     /// Whether at least two thirds of the strips could be placed, and enough for a centre.

@@ -2,7 +2,7 @@
 //!
 //! Builds the flight image and the cycle meter, records the
 //! [mission](crate::commands::record::mission) through every mode, the widest limb, a storm of protons, one
-//! in a crowded field, a sunrise with a gyro and a shut star path, flies them in the emulator and prints, per mode and stage,
+//! in a crowded field, a sunrise with a gyro, a shut star path and known bad pixels, flies them in the emulator and prints, per mode and stage,
 //! the worst cycles observed, the cycles at the caps (`bounds`), flash, static RAM and stack. The stack is
 //! the deeper of two: the deepest path through the calls of the machine code (`tests/stack-depth`, which also
 //! proves that nothing calls itself and no call's target is unknown), and what was touched. Status 1 when a
@@ -24,7 +24,7 @@ mod loops;
 mod table;
 
 use crate::cli::BudgetArguments;
-use crate::commands::record::mission::{CROWD, EARTH_ALONE, GYRO, MISSION, STORM, WIDE_LIMB};
+use crate::commands::record::mission::{CROWD, EARTH_ALONE, GYRO, MISSION, STORM, SURVEYED, WIDE_LIMB};
 use crate::error::{EXIT_JUDGED_FAILED, HostError};
 use crate::formats::json;
 use bounds::Bounds;
@@ -56,6 +56,7 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
         (CROWDED_FIELD, CROWD),
         ("gyro", GYRO),
         (STARLESS, EARTH_ALONE),
+        ("known pixels", SURVEYED),
     ];
     let counted = loops::counted_functions();
     let flights = flights.iter().map(|(name, flight)| fly(&root, (name, flight), &folder, &counted));

@@ -168,6 +168,16 @@ pub const STORM: Flight = Flight {
     orders: &[],
 };
 
+/// The same on a detector most of whose hot pixels are known on board: stars are found, and the Earth.
+pub const SURVEYED: Flight = Flight {
+    clips: &[Clip { scenario: LEO, from_s: 440, seconds: 12 }],
+    disturbances: Some((0, surveyed)),
+    gyro: None,
+    magnetometer: None,
+    open: OpenPaths::Both,
+    orders: &[],
+};
+
 /// The richest field of the scenarios, tracked, in which a storm begins: every window has more spots than it
 /// can measure.
 pub const CROWD: Flight = Flight {
@@ -203,6 +213,10 @@ pub const EARTH_ALONE: Flight = Flight {
 
 fn crowd() -> Disturbances {
     Disturbances { false_stars: 3_000, protons: Protons::Fixed(3_000), ..Disturbances::default() }
+}
+
+fn surveyed() -> Disturbances {
+    Disturbances { surveyed: 0.95, ..storm() }
 }
 
 fn storm() -> Disturbances {
@@ -367,7 +381,7 @@ mod tests {
 
     #[test]
     fn every_clip_lies_in_its_scenario_and_one_instrument_serves_all() {
-        for flight in [MISSION, WIDE_LIMB, STORM, CROWD, GYRO, EARTH_ALONE] {
+        for flight in [MISSION, WIDE_LIMB, STORM, SURVEYED, CROWD, GYRO, EARTH_ALONE] {
             for clip in flight.clips {
                 assert!(
                     clip.from_s + clip.seconds <= flight.scenario(0, clip).unwrap().duration_s,
