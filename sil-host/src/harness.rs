@@ -313,15 +313,20 @@ impl<'a, F: FlightCode> Flight<'a, F> {
     }
 }
 
-/// A detector behind a driver that takes off the defects of a file.
+/// A detector behind a driver that takes off the defects of a file; none of one that says that it is another
+/// detector, which the flight code refuses.
 ///
 /// # Errors
-/// When the file is damaged, or of another detector.
+/// When the file is damaged.
 pub fn corrected<'a, D: Detector>(
     detector: &'a mut D,
     file: &'a [u8],
 ) -> Result<BadPixelDetector<'a, D>, HostError> {
-    Defects::open(file).and_then(|defects| BadPixelDetector::new(detector, defects)).map_err(|error| {
+    let DetectorGeometry { width_px, height_px, .. } = detector.geometry();
+    let size_px = [width_px, height_px];
+    let of_this =
+        |known: Defects<'a>| if known.size_px() == size_px { known } else { Defects::none(size_px) };
+    Defects::open(file).and_then(|known| BadPixelDetector::new(detector, of_this(known))).map_err(|error| {
         HostError::usage(format!("the table of bad pixels is refused ({error:?})"), "report this")
     })
 }

@@ -207,11 +207,12 @@ impl Sensor<'_> {
         Ok(self.fit(meter, body, (&strips, prior.as_ref()), !by_orbit))
     }
 
-    /// Whether the whole image was searched for stars and had more spots than are kept: a search of it for the
-    /// Earth beside that would make 74 million cycles of the second, and waits for one that tracks.
+    /// Whether the whole image of this second was searched for stars and had more spots than are kept: a search
+    /// of it for the Earth beside that would make 74 million cycles of the second, and waits for one that
+    /// tracks.
     fn scanned_crowd(&self) -> bool {
         let scans = matches!(self.modes.mode(), Mode::Acquisition | Mode::SunOutage);
-        scans && self.workspace.detections.found() as usize > MAX_DETECTIONS
+        scans && self.sought == self.now && self.workspace.detections.found() as usize > MAX_DETECTIONS
     }
 
     /// Whether at least two thirds of the strips could be placed, and enough for a centre.

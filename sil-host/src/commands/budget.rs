@@ -37,6 +37,7 @@ const EVERY_MODE: &str = "every mode";
 const WIDEST_LIMB: &str = "widest limb";
 const PROTON_STORM: &str = "storm";
 const CROWDED_FIELD: &str = "crowd";
+const KNOWN_PIXELS: &str = "known pixels";
 const STARLESS: &str = "Earth alone";
 
 /// Runs the command.
@@ -56,7 +57,7 @@ pub fn run(arguments: &BudgetArguments) -> Result<ExitCode, HostError> {
         (CROWDED_FIELD, CROWD),
         ("gyro", GYRO),
         (STARLESS, EARTH_ALONE),
-        ("known pixels", SURVEYED),
+        (KNOWN_PIXELS, SURVEYED),
     ];
     let counted = loops::counted_functions();
     let flights = flights.iter().map(|(name, flight)| fly(&root, (name, flight), &folder, &counted));

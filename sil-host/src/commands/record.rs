@@ -84,7 +84,7 @@ impl RecordingFiles {
 /// A recorded second of a sensor, with what was read beside the detector.
 ///
 /// # Errors
-/// When the defects are not those of the recorded detector.
+/// When the file of defects is damaged.
 pub fn fly_second(
     sensor: &mut Sensor,
     (recording, defects): (&mut Recording, &[u8]),

@@ -5,7 +5,7 @@
 //! which the meter counts and times, or in the second's report. The caps are those of the reference detector
 //! and the default parameters.
 
-use super::{CROWDED_FIELD, EVERY_MODE, PROTON_STORM, STARLESS, WIDEST_LIMB};
+use super::{CROWDED_FIELD, EVERY_MODE, KNOWN_PIXELS, PROTON_STORM, STARLESS, WIDEST_LIMB};
 use fsw_core::camera::Camera;
 use fsw_core::earth::view::{COARSE, FINE};
 use fsw_core::earth::{EarthParameters, MAX_SEARCH_POINTS, centre, consensus, limb, reach};
@@ -235,7 +235,7 @@ pub(super) const STAGES: [StageLoops; 11] = [
     ),
     stage(
         Stage::Image,
-        &[EVERY_MODE, WIDEST_LIMB, PROTON_STORM, CROWDED_FIELD],
+        &[EVERY_MODE, WIDEST_LIMB, PROTON_STORM, CROWDED_FIELD, KNOWN_PIXELS],
         &[called("probes", PROBES, READ)],
     ),
 ];
