@@ -374,8 +374,9 @@ fn the_sun_in_a_path_is_reported_when_it_blinds_and_another_light_is_not_called_
 fn glare_that_comes_and_goes_hardly_changes_the_mode_and_every_clear_image_has_its_attitude() {
     let mut world = World::clip("geo-eclipse");
     // Blinded in every third second, or in two of three.
-    let blinded =
-        |second: u32| (20..60).contains(&second) && (second % 3 == 0 || second > 40 && second % 3 == 1);
+    let blinded = |second: u32| {
+        (20..60).contains(&second) && (second.is_multiple_of(3) || second > 40 && second % 3 == 1)
+    };
     let before = |second: u32, world: &mut World| {
         (world.only, world.elsewhere) =
             if blinded(second) { (vec![[-1e6; 2]], world.geometry().full_scale()) } else { (vec![], 0) };

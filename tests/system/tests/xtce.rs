@@ -102,7 +102,7 @@ fn a_flights_frames_are_read_by_the_description_alone_as_decode_reads_them() {
         values_in_all += values.values().map(Vec::len).sum::<usize>();
         // The same in a space packet, as a spacecraft may carry it.
         let mut packet =
-            [0x0000 | APID, 0xC000 | number as u16, frame.len() as u16 - 1].map(u16::to_be_bytes).concat();
+            [APID, 0xC000 | number as u16, frame.len() as u16 - 1].map(u16::to_be_bytes).concat();
         packet.extend(frame);
         let (kind, values) = decoder.decode("SpacePacket", &packet).unwrap();
         assert_eq!((kind, of_report(values)), ("FramePacket", expected), "second {number}");
