@@ -172,6 +172,7 @@ fn telecommands_are_written_by_the_description_alone_to_the_byte() {
         ),
         ("dump", Telecommand::Dump, vec![]),
         ("events", Telecommand::Events, vec![]),
+        ("spots", Telecommand::Spots, vec![]),
     ];
     assert_eq!(all.len(), ROWS.len());
     for (sequence, (name, telecommand, given)) in (7u16..).zip(all) {
