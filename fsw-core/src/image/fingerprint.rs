@@ -76,6 +76,12 @@ impl Fingerprint {
         self.noise
     }
 
+    /// Whether both images have a probe that was read in both, so that one can be known again.
+    pub fn compares_with(&self, other: &Self) -> bool {
+        let mut pairs = self.digests.as_flattened().iter().zip(other.digests.as_flattened());
+        pairs.any(|(one, other)| *one != UNREAD && *other != UNREAD)
+    }
+
     /// Whether this image is the one of another fingerprint.
     pub fn is_that_of(&self, other: &Self) -> bool {
         let read = |(one, other): &(&u16, &u16)| **one != UNREAD && **other != UNREAD;

@@ -140,6 +140,9 @@ impl Sensor<'_> {
             let [.., undisturbed] = &mut self.fingerprints;
             *undisturbed = fingerprint;
         }
+        if !fingerprint.compares_with(&last) {
+            self.freshness.suspect();
+        }
         Image::Taken
     }
 }

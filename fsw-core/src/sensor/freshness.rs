@@ -5,6 +5,7 @@
 //! such an image on the stars must have moved since the last image that is known to be new, if the rate of
 //! then moves them, or where no rate is known; where they have not, the image is refused. Where they are
 //! expected to move by too little to tell, the attitude may be wrong by that much, and its sigma holds it.
+//! So it is with an image whose readout broke off in every probe that the image before has.
 //! Ten images without disturbance end the suspicion, and a minute without an image that is known to be new:
 //! the spacecraft may have turned otherwise.
 //!
@@ -84,6 +85,11 @@ impl Freshness {
             && noise.steps.saturating_sub(self.usual.steps) > more_light;
         self.suspected = if disturbed { SUSPECTED } else { self.suspected.saturating_sub(1) };
         disturbed
+    }
+
+    /// Suspects an image of which no probe was read that was read of the image before.
+    pub(super) fn suspect(&mut self) {
+        self.suspected = self.suspected.max(1);
     }
 }
 

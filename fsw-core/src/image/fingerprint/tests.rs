@@ -89,3 +89,18 @@ fn the_noise_is_that_of_the_sky_where_the_earth_is_as_calm() {
     }
     assert!(calmest_on_earth > 50, "{calmest_on_earth}");
 }
+
+#[test]
+fn images_compare_where_a_probe_was_read_of_both() {
+    let mut generator = Generator::new(73);
+    let probes = probes(&mut generator, 2.0);
+    let of = |read: &[usize]| {
+        let mut fingerprint = Fingerprint::default();
+        read.iter().for_each(|index| fingerprint.take(*index, &probes[*index]));
+        fingerprint
+    };
+    assert!(of(&[0, 1, 2]).compares_with(&of(&[2, 3])));
+    assert!(!of(&[0, 1, 2]).compares_with(&of(&[3, 4])) && !of(&[0]).compares_with(&Fingerprint::default()));
+    // One that does not compare is not known again, though it is the same.
+    assert!(of(&[0, 1, 2]).is_that_of(&of(&[2, 3])) && !of(&[0, 1, 2]).is_that_of(&of(&[3, 4])));
+}
