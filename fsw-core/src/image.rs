@@ -32,6 +32,9 @@ pub mod streaks;
 mod test_sky;
 pub mod turn;
 
+#[cfg(test)]
+pub(crate) use detections::tests::SPOT;
+
 use crate::trigonometry::hypotenuse;
 use calibration::Calibration;
 use fsw_ground::table::parameter_group;

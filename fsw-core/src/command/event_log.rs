@@ -14,7 +14,7 @@
 //!
 //! RAM: 8 bytes an event.
 
-use super::packets::MAX_DATA_BYTES;
+use super::packets::{self, MAX_DATA_BYTES};
 use heapless::{Deque, Vec};
 use serde::Serialize;
 
@@ -30,6 +30,16 @@ const EVENT_BYTES: usize = 3;
 struct Logged {
     cycle: u32,
     event: [u8; EVENT_BYTES],
+}
+
+impl Logged {
+    /// As it is sent down.
+    fn bytes(&self) -> [u8; LOGGED_BYTES] {
+        let mut bytes = [0; LOGGED_BYTES];
+        let parts = self.cycle.to_be_bytes().into_iter().chain(self.event);
+        bytes.iter_mut().zip(parts).for_each(|(byte, part)| *byte = part);
+        bytes
+    }
 }
 
 /// The log.
@@ -59,23 +69,15 @@ impl EventLog {
     }
 
     /// Writes the events from number `from` on, the oldest where that is no longer kept: the number of the
-    /// next one, and whether that is the end of the log. `None` where there is no room for the data.
-    pub(super) fn write(&self, from: u32, data: &mut Vec<u8, MAX_DATA_BYTES>) -> Option<(u32, bool)> {
+    /// next one; no such number after the last one. `None` where there is no room for the data.
+    pub(super) fn write(&self, from: u32, data: &mut Vec<u8, MAX_DATA_BYTES>) -> Option<Option<u32>> {
         let kept = self.logged.len();
         let passed = usize::try_from(from.saturating_sub(self.dropped)).unwrap_or(kept).min(kept);
-        let first = self.dropped.wrapping_add(passed as u32);
+        let (first, left) = (self.dropped.wrapping_add(passed as u32), kept - passed);
         data.extend_from_slice(&first.to_be_bytes()).ok()?;
-        data.extend_from_slice(&((kept - passed) as u16).to_be_bytes()).ok()?;
-        let mut next = first;
-        for Logged { cycle, event } in self.logged.iter().skip(passed) {
-            if data.capacity() - data.len() < LOGGED_BYTES {
-                return Some((next, false));
-            }
-            data.extend_from_slice(&cycle.to_be_bytes()).ok()?;
-            data.extend_from_slice(event).ok()?;
-            next = next.wrapping_add(1);
-        }
-        Some((next, true))
+        data.extend_from_slice(&(left as u16).to_be_bytes()).ok()?;
+        let written = packets::append_whole(self.logged.iter().skip(passed).map(Logged::bytes), data);
+        Some((written < left).then_some(first.wrapping_add(written as u32)))
     }
 }
 

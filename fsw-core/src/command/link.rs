@@ -271,20 +271,15 @@ impl<S: AreaStore> CommandLink<S> {
                 return;
             }
             Telecommand::Part { .. } => return self.complete(request, CommandOutcome::Done),
-            Telecommand::Dump => {
-                self.sending = Some((request, Sending::Table(0)));
-                return;
-            }
-            Telecommand::Events => {
-                self.sending = Some((request, Sending::Events(0)));
-                return;
-            }
-            Telecommand::Spots => {
-                self.sending = Some((request, Sending::Spots(0)));
-                return;
-            }
+            Telecommand::Dump => return self.send_down(request, Sending::Table(0)),
+            Telecommand::Events => return self.send_down(request, Sending::Events(0)),
+            Telecommand::Spots => return self.send_down(request, Sending::Spots(0)),
         };
         self.task = Some((request, task));
+    }
+
+    fn send_down(&mut self, request: Request, sending: Sending) {
+        self.sending = Some((request, sending));
     }
 
     /// The command of the next second.
@@ -368,13 +363,11 @@ impl<S: AreaStore> CommandLink<S> {
                         (next, ((TABLE, PART_DOWN), PART_COUNTER))
                     }
                     Sending::Events(from) => {
-                        let (next, is_last) = self.events.write(from, &mut data)?;
-                        let next = (!is_last).then_some(Sending::Events(next));
+                        let next = self.events.write(from, &mut data)?.map(Sending::Events);
                         (next, ((REQUESTS, EVENTS_DOWN), EVENTS_COUNTER))
                     }
                     Sending::Spots(from) => {
-                        let (next, is_last) = spot_list::write(told, from, &mut data)?;
-                        let next = (!is_last).then_some(Sending::Spots(next));
+                        let next = spot_list::write(told, from, &mut data)?.map(Sending::Spots);
                         (next, ((REQUESTS, SPOTS_DOWN), SPOTS_COUNTER))
                     }
                 };

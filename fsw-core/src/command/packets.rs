@@ -7,6 +7,7 @@
 use super::refusal::Refusal;
 use super::telecommand::MAX_PART_BYTES;
 use fsw_hal::LocalTime;
+use heapless::Vec;
 use spacepackets::crc::CRC_CCITT_FALSE_NO_TABLE;
 use spacepackets::ecss::tc::{GenericPusTcSecondaryHeader, PusTcReader};
 use spacepackets::ecss::{MessageTypeId, PusError, PusPacket};
@@ -97,6 +98,14 @@ pub(super) fn read(bytes: &[u8], apid: u16) -> Result<TelecommandPacket<'_>, Ref
         content: bytes.get(..bytes.len().saturating_sub(CHECKSUM_BYTES)).ok_or(Refusal::Length)?,
         data: packet.app_data(),
     })
+}
+
+/// Appends items to the data of a report as long as there is room for a whole one; how many.
+pub(super) fn append_whole<const N: usize>(
+    items: impl Iterator<Item = [u8; N]>,
+    data: &mut Vec<u8, MAX_DATA_BYTES>,
+) -> usize {
+    items.take_while(|item| data.extend_from_slice(item).is_ok()).count()
 }
 
 /// Headers of a report.

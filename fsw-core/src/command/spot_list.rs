@@ -20,7 +20,7 @@
 //! All numbers are big-endian.
 
 use super::Downlink;
-use super::packets::MAX_DATA_BYTES;
+use super::packets::{self, MAX_DATA_BYTES};
 use crate::image::Detection;
 use heapless::Vec;
 
@@ -39,19 +39,12 @@ fn bytes_of(spot: &Detection) -> [u8; SPOT_BYTES] {
     bytes
 }
 
-/// Writes the spots from place `from` on: the place of the next one, and whether that is the end. `None` where
-/// there is no room for the data.
-pub(super) fn write(told: &Downlink, from: u16, data: &mut Vec<u8, MAX_DATA_BYTES>) -> Option<(u16, bool)> {
+/// Writes the spots from place `from` on: the place of the next one; no such place after the last one. `None`
+/// where there is no room for the data.
+pub(super) fn write(told: &Downlink, from: u16, data: &mut Vec<u8, MAX_DATA_BYTES>) -> Option<Option<u16>> {
     let left = told.spots.get(usize::from(from)..).unwrap_or(&[]);
     data.extend_from_slice(&told.image.as_us().to_be_bytes()).ok()?;
     data.extend_from_slice(&(left.len() as u16).to_be_bytes()).ok()?;
-    let mut next = from;
-    for spot in left {
-        if data.capacity() - data.len() < SPOT_BYTES {
-            return Some((next, false));
-        }
-        data.extend_from_slice(&bytes_of(spot)).ok()?;
-        next = next.wrapping_add(1);
-    }
-    Some((next, true))
+    let written = packets::append_whole(left.iter().map(bytes_of), data);
+    Some((written < left.len()).then_some(from.wrapping_add(written as u16)))
 }

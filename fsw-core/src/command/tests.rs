@@ -5,6 +5,7 @@ use super::ground::{self, Envelope};
 use super::telecommand::{ROWS, SENSOR, TABLE};
 use super::*;
 use crate::checksum::crc32;
+use crate::image::SPOT;
 use crate::modes::{Guard, Mode};
 use crate::oracle::reference_camera;
 use crate::parameters::{MAX_TABLE_BYTES, Parameters};
@@ -23,20 +24,6 @@ const KEY: Key = Key::new([
     0x2b, 0x7e, 0x15, 0x16, 0x28, 0xae, 0xd2, 0xa6, 0xab, 0xf7, 0x15, 0x88, 0x09, 0xcf, 0x4f, 0x3c,
 ]);
 const NOW: LocalTime = LocalTime::from_us(12_500_000);
-const SPOT: Detection = Detection {
-    x_q16: 0,
-    y_q16: 0,
-    flux: 20_000,
-    core_flux: 10_000,
-    sigma_q16: 3000,
-    saturated: false,
-    extended: false,
-    drawn_px: 0,
-    blended: false,
-    repeated: true,
-    number: 0,
-    backdrop: 0,
-};
 const IMAGE: LocalTime = LocalTime::from_us(12_000_000);
 const SAFE: &str = "1aa5c00700072f800300000253b1";
 const ORBIT: GroundOrbit = GroundOrbit {

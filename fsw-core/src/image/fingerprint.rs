@@ -78,15 +78,19 @@ impl Fingerprint {
 
     /// Whether both images have a probe that was read in both, so that one can be known again.
     pub fn compares_with(&self, other: &Self) -> bool {
-        let mut pairs = self.digests.as_flattened().iter().zip(other.digests.as_flattened());
-        pairs.any(|(one, other)| *one != UNREAD && *other != UNREAD)
+        self.pairs_with(other).next().is_some()
+    }
+
+    /// The digests of the groups that were read of both images.
+    fn pairs_with(&self, other: &Self) -> impl Iterator<Item = (u16, u16)> {
+        let pairs = self.digests.as_flattened().iter().zip(other.digests.as_flattened());
+        pairs.map(|(one, other)| (*one, *other)).filter(|(one, other)| *one != UNREAD && *other != UNREAD)
     }
 
     /// Whether this image is the one of another fingerprint.
     pub fn is_that_of(&self, other: &Self) -> bool {
-        let read = |(one, other): &(&u16, &u16)| **one != UNREAD && **other != UNREAD;
-        let pairs = self.digests.as_flattened().iter().zip(other.digests.as_flattened()).filter(read);
-        let (known, same) = pairs
+        let (known, same) = self
+            .pairs_with(other)
             .fold((0u32, 0u32), |(known, same), (one, other)| (known + 1, same + u32::from(one == other)));
         let quiet = 5 * u32::from(self.equal) > LOW_NOISE * u32::from(self.pairs);
         let varied = self.equal < self.pairs;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::image::detections::tests::SPOT;
+use crate::image::SPOT;
 use crate::oracle::Generator;
 use std::vec::Vec as List;
 

@@ -169,14 +169,7 @@ pub const STORM: Flight = Flight {
 };
 
 /// The same on a detector most of whose hot pixels are known on board: stars are found, and the Earth.
-pub const SURVEYED: Flight = Flight {
-    clips: &[Clip { scenario: LEO, from_s: 440, seconds: 12 }],
-    disturbances: Some((0, surveyed)),
-    gyro: None,
-    magnetometer: None,
-    open: OpenPaths::Both,
-    orders: &[],
-};
+pub const SURVEYED: Flight = Flight { disturbances: Some((0, surveyed)), ..STORM };
 
 /// The richest field of the scenarios, tracked, in which a storm begins: every window has more spots than it
 /// can measure.

@@ -52,34 +52,64 @@ const REQUEST: [Part; 7] = [
     ("request-reason", 16, "Why it is refused."),
 ];
 
-const TABLE: [Part; 2] = [
-    ("table-offset", 16, "Where in the table the part begins, bytes."),
-    ("table-length", 16, "Bytes of the table."),
-];
+/// What is sent down in parts: what stands before the bytes of a part; the name of the bytes, their type and
+/// meaning.
+struct SentDown {
+    head: [Part; 2],
+    bytes: &'static str,
+    kind: &'static str,
+    about: &'static str,
+}
 
-const EVENTS: [Part; 2] = [
-    ("events-first", 32, "Number of the first event of this part, counted from the start of the link."),
-    ("events-left", 16, "Events that the log holds from that one on."),
-];
+const TABLE: SentDown = SentDown {
+    head: [
+        ("table-offset", 16, "Where in the table the part begins, bytes."),
+        ("table-length", 16, "Bytes of the table."),
+    ],
+    bytes: "table-bytes",
+    kind: "table",
+    about: "The part.",
+};
 
-const SPOTS: [Part; 2] = [
-    ("spots-image", 64, "Local time of the image in which they were found, us."),
-    ("spots-left", 16, "Spots that are left from the first of this part on."),
-];
+const EVENTS: SentDown = SentDown {
+    head: [
+        ("events-first", 32, "Number of the first event of this part, counted from the start of the link."),
+        ("events-left", 16, "Events that the log holds from that one on."),
+    ],
+    bytes: "events-bytes",
+    kind: "events",
+    about: "The events.",
+};
+
+const SPOTS: SentDown = SentDown {
+    head: [
+        ("spots-image", 64, "Local time of the image in which they were found, us."),
+        ("spots-left", 16, "Spots that are left from the first of this part on."),
+    ],
+    bytes: "spots-bytes",
+    kind: "spots",
+    about: "The spots.",
+};
+
+const SENT_DOWN: [&SentDown; 3] = [&TABLE, &EVENTS, &SPOTS];
+
+impl SentDown {
+    /// Of the packet's length what is not the bytes: secondary header, head and checksum.
+    fn bytes_less(&self) -> i32 {
+        let head_bits: u32 = self.head.iter().map(|(_, bits, _)| bits).sum();
+        14 + head_bits as i32 / 8 + 2 - 1
+    }
+}
 
 /// What a report says.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 enum Says {
     /// Which telecommand is meant.
     Request,
     /// That, and the reason.
     Refusal,
-    /// A part of the parameter table.
-    Part,
-    /// A part of the log of events.
-    Events,
-    /// Some of the spots of an image.
-    Spots,
+    /// A part of what is sent down.
+    Part(&'static SentDown),
 }
 
 /// The reports: container, service, subservice, content, meaning.
@@ -88,29 +118,23 @@ const REPORTS: [(&str, u8, u8, Says, &str); 7] = [
     ("NotAccepted", 1, 2, Says::Refusal, "A telecommand was refused when it arrived."),
     ("Completed", 1, 7, Says::Request, "A telecommand was done."),
     ("NotCompleted", 1, 8, Says::Refusal, "A telecommand was refused when it was to be done."),
-    ("TablePart", 129, 4, Says::Part, "A part of the parameter table in force."),
+    ("TablePart", 129, 4, Says::Part(&TABLE), "A part of the parameter table in force."),
     (
         "EventsPart",
         130,
         2,
-        Says::Events,
+        Says::Part(&EVENTS),
         "A part of the log of events: of each its second (u32) and its three bytes.",
     ),
-    ("SpotsPart", 130, 4, Says::Spots, "Some of the spots that were found last."),
+    ("SpotsPart", 130, 4, Says::Part(&SPOTS), "Some of the spots that were found last."),
 ];
 
-/// Bytes of a part of the table, of the packet's length: what is behind secondary header, offset and length,
-/// before the checksum.
-const PART_BYTES_LESS: i32 = 14 + 4 + 2 - 1;
-/// The same of a part of the log.
-const EVENTS_BYTES_LESS: i32 = 14 + 6 + 2 - 1;
-/// The same of some spots.
-const SPOTS_BYTES_LESS: i32 = 14 + 10 + 2 - 1;
-/// The same of a telecommand: secondary header, version of the list, area, offset, checksum.
+/// Of the length of a telecommand with a part of a table what is not its bytes: secondary header, version of the list, area, offset, checksum.
 const UP_BYTES_LESS: i32 = 5 + 1 + 1 + 4 + 2 - 1;
 
 fn all_parts() -> impl Iterator<Item = &'static Part> {
-    [&PRIMARY[..], &SECONDARY, &REQUEST, &TABLE, &EVENTS, &SPOTS].into_iter().flatten()
+    let heads = SENT_DOWN.into_iter().flat_map(|sent| &sent.head);
+    PRIMARY.iter().chain(&SECONDARY).chain(&REQUEST).chain(heads)
 }
 
 /// The type of a part.
@@ -143,10 +167,9 @@ pub fn types(xml: &mut Xml) {
     let reasons = refusal::ALL.iter().zip(&names);
     let reasons = reasons.map(|(reason, name)| (reason.code().into(), &name[..], reason.words()));
     enumeration_type(xml, "reason", 16, reasons);
-    let rests = [("table", PART_BYTES_LESS), ("events", EVENTS_BYTES_LESS), ("spots", SPOTS_BYTES_LESS)];
-    for (name, less) in rests {
-        xml.element("BinaryParameterType", &[("name", name)], |xml| {
-            xml.element("BinaryDataEncoding", &[], |xml| rest_of_packet(xml, less));
+    for sent in SENT_DOWN {
+        xml.element("BinaryParameterType", &[("name", sent.kind)], |xml| {
+            xml.element("BinaryDataEncoding", &[], |xml| rest_of_packet(xml, sent.bytes_less()));
         });
     }
     checksum_type(xml, "IntegerParameterType");
@@ -201,9 +224,7 @@ pub fn parameter(xml: &mut Xml, name: &str, kind: &str, about: &str) {
 /// The packets' parameters.
 pub fn parameters(xml: &mut Xml) {
     all_parts().for_each(|part| parameter(xml, part.0, &type_of(part), part.2));
-    parameter(xml, "table-bytes", "table", "The part.");
-    parameter(xml, "events-bytes", "events", "The events.");
-    parameter(xml, "spots-bytes", "spots", "The spots.");
+    SENT_DOWN.iter().for_each(|sent| parameter(xml, sent.bytes, sent.kind, sent.about));
     parameter(xml, "packet-checksum", CHECKSUM, "CRC-16 (CCITT, all ones at first) of all before.");
 }
 
@@ -239,9 +260,7 @@ pub fn containers(xml: &mut Xml) {
                 match says {
                     Says::Request => entries(xml, &names(&REQUEST[..6])),
                     Says::Refusal => entries(xml, &names(&REQUEST)),
-                    Says::Part => entries(xml, &[&names(&TABLE)[..], &["table-bytes"]].concat()),
-                    Says::Events => entries(xml, &[&names(&EVENTS)[..], &["events-bytes"]].concat()),
-                    Says::Spots => entries(xml, &[&names(&SPOTS)[..], &["spots-bytes"]].concat()),
+                    Says::Part(sent) => entries(xml, &[&names(&sent.head)[..], &[sent.bytes]].concat()),
                 }
                 entries(xml, &["packet-checksum"]);
             });
