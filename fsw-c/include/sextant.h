@@ -86,7 +86,7 @@
 /**
  * Version of the telemetry frames' layout; their first byte after the length.
  */
-#define SEXTANT_TELEMETRY_VERSION 16
+#define SEXTANT_TELEMETRY_VERSION 17
 
 /**
  * Version of the parameter table that is read; its first byte.

@@ -25,7 +25,7 @@ pub const TELEMETRY_BYTES: usize = 2560;
 /// Bytes that hold any parameter table.
 pub const PARAMETERS_BYTES: usize = 512;
 /// Version of the telemetry frames' layout; their first byte after the length.
-pub const TELEMETRY_VERSION: u8 = 16;
+pub const TELEMETRY_VERSION: u8 = 17;
 /// Version of the parameter table that is read; its first byte.
 pub const PARAMETERS_VERSION: u8 = 25;
 

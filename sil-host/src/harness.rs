@@ -84,8 +84,8 @@ impl Detector for ThisSecond<'_> {
 
     fn finish_exposure(&mut self) -> Result<LocalTime, DetectorError> {
         // An image of another second is one that was exposed before: its instant is as far back.
-        let exposed = self.scene.cycle().ok_or(DetectorError::NotExposed)?;
-        Ok(self.instant.plus_us((exposed as i64 - self.cycle as i64).saturating_mul(SECOND_US)))
+        let ago_s = self.scene.ago_s(self.cycle).ok_or(DetectorError::NotExposed)?;
+        Ok(self.instant.plus_us(-(1e6 * ago_s).round() as i64))
     }
 
     fn read(&mut self, window: Window, pixels: &mut [u16]) -> Result<(), DetectorError> {

@@ -51,7 +51,7 @@ const NOISE_GROWTH: (f32, f32) = (1.5, 2.0);
 const NOISE_DECAY: (f32, f32) = (1.2, 0.9);
 /// Normalised innovation squared from which the filter is reinitialised: probability 1e-8 with 3 degrees of
 /// freedom.
-const RESTART_NIS: f32 = 40.0;
+pub const RESTART_NIS: f32 = 40.0;
 /// Time after the last contradiction for which a filter is not steady, s: a slew that begins or ends changes
 /// the rate for seconds, and where images end with it its attitude cannot be carried on. Chosen.
 const UNSTEADY_S: f32 = 10.0;
@@ -267,18 +267,28 @@ impl Filter {
         if tumbles { 0.5 * free_body_change(&self.driven) * elapsed_s * elapsed_s } else { 0.0 }
     }
 
-    /// Whether an attitude of an instant is within three sigma, its own and the filter's together, of what
-    /// the filter predicts, about each axis.
+    /// By how many sigma, its own and the filter's together, an attitude of an instant is off what the filter
+    /// predicts, about each axis; `None` where it predicts nothing.
+    pub fn sigmas_off(
+        &self,
+        attitude: &Rotation<Icrs, StarPath>,
+        sigma_rad: &[f32; 3],
+        instant: LocalTime,
+    ) -> Option<Vector3<f32>> {
+        let (predicted, predicted_sigma_rad) = self.at(instant)?;
+        let both = Vector3::from(predicted_sigma_rad).zip_map(&Vector3::from(*sigma_rad), hypotenuse);
+        Some(attitude.angle_from(&predicted).component_div(&both))
+    }
+
+    /// Whether an attitude of an instant is within three sigma of what the filter predicts, about each axis.
     pub fn expects(
         &self,
         attitude: &Rotation<Icrs, StarPath>,
         sigma_rad: &[f32; 3],
         instant: LocalTime,
     ) -> bool {
-        let Some((predicted, predicted_sigma_rad)) = self.at(instant) else { return false };
-        let off = attitude.angle_from(&predicted);
-        let both = predicted_sigma_rad.iter().zip(sigma_rad);
-        off.iter().zip(both).all(|(off, (one, other))| off.abs() <= 3.0 * hypotenuse(*one, *other))
+        let off = self.sigmas_off(attitude, sigma_rad, instant);
+        off.is_some_and(|off| off.iter().all(|sigmas| sigmas.abs() <= 3.0))
     }
 
     /// Propagates the state to `instant`, with a reading of the rate sensor, rad/s, or else the last one.

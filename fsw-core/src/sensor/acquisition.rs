@@ -130,7 +130,7 @@ impl Sensor<'_> {
             if self.reidentify(stars) {
                 return Some(Outcome::Identified);
             }
-            if stars.repeated {
+            if stars.image_fault.is_some() {
                 return Some(Outcome::NotIdentified(NotIdentified::NoMatch));
             }
             self.searching_since = Some(self.now);

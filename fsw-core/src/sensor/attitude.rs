@@ -11,7 +11,7 @@ use crate::orbit::constants::LIGHT_KM_S;
 use crate::order::fill;
 use crate::stars::confirm::Confirmed;
 use crate::stars::focal_ratio::FocalRatio;
-use crate::telemetry::{AttitudeReport, FilteredAttitude};
+use crate::telemetry::{AttitudeReport, FilteredAttitude, ImageFault};
 use crate::trigonometry::hypotenuse;
 use fsw_hal::LocalTime;
 use nalgebra::Vector3;
@@ -54,10 +54,16 @@ impl Sensor<'_> {
             Age::New => {}
             Age::Unknown(way) => widen(&mut sigma_rad, way.into()),
             Age::Old => {
-                stars.repeated = true;
+                stars.image_fault = Some(ImageFault::Repeated);
                 stars.solution = self.propagated(true);
                 return false;
             }
+        }
+        if self.is_unexpected(&solved) {
+            stars.image_fault = Some(ImageFault::Unexpected);
+            stars.solution = None;
+            (self.former, self.likeliest) = (Some(attitude), None);
+            return false;
         }
         if self.turning.is_of_lines() {
             widen(&mut sigma_rad, self.turning.middle_sigma_rad(self.exposure_s()).into());

@@ -9,11 +9,15 @@
 //! Ten images without disturbance end the suspicion, and a minute without an image that is known to be new:
 //! the spacecraft may have turned otherwise.
 //!
+//! An old image that was never seen, as the first one after seconds without any may be, is known by nothing.
+//! So the first attitude after a gap that is far from what the rate of before leads to is not told: the next
+//! image decides, by a search.
+//!
 //! In: the noise of each image, its attitude, the filter's rate. Out: [`Age`].
 
 use super::Sensor;
 use super::timekeeping::SECOND_US;
-use crate::attitude::filter::{Filter, seconds};
+use crate::attitude::filter::{Filter, RESTART_NIS, seconds};
 use crate::frames::{Icrs, Rotation, StarPath};
 use crate::image::fingerprint::Noise;
 use fsw_hal::LocalTime;
@@ -34,6 +38,8 @@ const OFF_SIGMAS: f32 = 4.0;
 const OFF_SHARE: f32 = 1.0 / 16.0;
 /// Images less apart are of one second and the next, us.
 const NEXT_US: i64 = 1_600_000;
+/// An image within this time of one that was not expected decides, us.
+const DECIDES_US: i64 = 3 * SECOND_US;
 /// After so long an image is believed whatever it shows, us: the spacecraft may have turned.
 const LONGEST_US: i64 = 60 * SECOND_US;
 /// Longest way, rad: a rotation vector is unique below half a turn.
@@ -68,6 +74,8 @@ pub(super) struct Freshness {
     refused: Option<Solved>,
     /// The last rate that was known of a new image, rad/s.
     rate_rad_s: Option<Vector3<f32>>,
+    /// Instant of the last image that was not expected.
+    unexpected: Option<LocalTime>,
 }
 
 impl Freshness {
@@ -106,6 +114,24 @@ impl Sensor<'_> {
         self.freshness.refused = Some(*solved);
         let since_refused = refused.map(|refused| solved.age_since(&refused, rate_rad_s.as_ref()));
         since_refused.filter(|age| matches!(age, Age::New)).unwrap_or(Age::Old)
+    }
+
+    /// Whether an image after a gap is so far from what the filter expects that the next one decides; none
+    /// where it is that next one.
+    #[inline(never)]
+    pub(super) fn is_unexpected(&mut self, solved: &Solved) -> bool {
+        let Solved { attitude, sigma_rad, image } = solved;
+        let is_next = |before| (1..=DECIDES_US).contains(&image.us_since(before));
+        let after_gap = |motion: &&Filter| motion.age_us(*image) >= NEXT_US;
+        let off = (self.motion.as_ref().filter(after_gap))
+            .and_then(|motion| motion.sigmas_off(attitude, sigma_rad, *image));
+        let unexpected = off.is_some_and(|off| off.norm_squared() >= RESTART_NIS)
+            && !self.turning.is_of_lines()
+            && !self.freshness.unexpected.is_some_and(is_next);
+        if unexpected {
+            self.freshness.unexpected = Some(*image);
+        }
+        unexpected
     }
 
     /// Remembers an image that is known to be new, once the filter has its attitude.

@@ -59,8 +59,8 @@ pub(super) struct StarRecord {
     pub(super) crowded: u16,
     /// Whether the detector did not deliver all that was asked for.
     pub(super) incomplete: bool,
-    /// Whether the stars say that the image is an old one, sold as new.
-    pub(super) repeated: bool,
+    /// Why the image is not believed by its stars: it is an old one, sold as new, or not where it is expected.
+    pub(super) image_fault: Option<ImageFault>,
     pub(super) solution: Option<Solution>,
     /// Stars recognised, of those in the workspace, brightest first.
     pub(super) matches: Vec<Match, MAX_STARS>,
@@ -268,7 +268,7 @@ impl Record {
             outcome: stars.outcome,
             faults: Faults {
                 detector: self.detector_fault.or(stars.incomplete.then_some(DetectorFault::Hardware)),
-                image: self.image_fault.or(stars.repeated.then_some(ImageFault::Repeated)),
+                image: self.image_fault.or(stars.image_fault),
                 clock: time.fault,
                 rate_sensor: self.rate_sensor_fault,
                 magnetometer: self.magnetometer_fault,

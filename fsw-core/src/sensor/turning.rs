@@ -242,7 +242,9 @@ impl Sensor<'_> {
             Some(Outcome::Identified) if self.turning.of_lines => {}
             Some(Outcome::Identified) => self.turning.keep_exposure(),
             Some(Outcome::TooFast) => stars.rate = self.measure_scanned_streaks(detector)?,
-            Some(Outcome::Searching | Outcome::NotIdentified(_)) if new_image && !stars.repeated => {
+            Some(Outcome::Searching | Outcome::NotIdentified(_))
+                if new_image && stars.image_fault.is_none() =>
+            {
                 stars.rate = self.turn_by_stars();
             }
             _ => {}

@@ -58,6 +58,9 @@ pub enum ImageFault {
     OutOfOrder,
     /// Its instant lies ahead of the clock, or more than ten seconds behind.
     Implausible,
+    /// After seconds without an attitude its stars stand elsewhere than the rate has led them: the next image
+    /// decides.
+    Unexpected,
 }
 
 /// Why the clock did not serve.

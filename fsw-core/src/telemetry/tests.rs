@@ -31,7 +31,7 @@ prop_compose! {
             DetectorFault::Request, DetectorFault::Geometry, DetectorFault::Hardware,
         ])),
         image in prop::option::of(prop::sample::select(&[
-            ImageFault::Repeated, ImageFault::OutOfOrder, ImageFault::Implausible,
+            ImageFault::Repeated, ImageFault::OutOfOrder, ImageFault::Implausible, ImageFault::Unexpected,
         ])),
         clock in prop::option::of(prop::sample::select(&[
             ClockFault::NotSynchronised, ClockFault::Implausible, ClockFault::Hardware,

@@ -72,6 +72,7 @@ pub fn fault_words(report: &Report) -> String {
     let image = faults.image.map(|fault| match fault {
         ImageFault::Repeated => "image repeated",
         ImageFault::OutOfOrder => "image out of order",
+        ImageFault::Unexpected => "image unexpected",
         ImageFault::Implausible => "image of an implausible instant",
     });
     let clock = faults.clock.map(|fault| match fault {

@@ -57,6 +57,8 @@ const BAND_PX: usize = 8192;
 #[derive(Debug, Clone)]
 struct Exposure {
     cycle: u64,
+    /// By how much its middle was late, s.
+    late_s: f64,
     time_s: f64,
     /// Mean electrons of the dark current.
     darks: Darks,
@@ -253,9 +255,15 @@ impl Scene {
         self.settings.motion = Motion::fixed(quaternion);
     }
 
-    /// Time of the middle of a cycle's exposure, s.
+    /// Time of the middle of a cycle's exposure, s: of the last one, if that was this cycle's, or of one to come.
     fn middle_s(&self, cycle: u64) -> f64 {
-        cycle as f64 * CYCLE_S + self.late_s
+        let exposed = self.exposure.as_ref().filter(|exposure| exposure.cycle == cycle);
+        cycle as f64 * CYCLE_S + exposed.map_or(self.late_s, |exposure| exposure.late_s)
+    }
+
+    /// By how much the middle of the last exposure was earlier than that of a cycle's, s; `None` before the first.
+    pub fn ago_s(&self, cycle: u64) -> Option<f64> {
+        self.exposure.as_ref().map(|_| self.middle_s(cycle) - self.time_s())
     }
 
     /// Time of the middle of the current exposure, s; 0 before the first.
@@ -311,6 +319,7 @@ impl Scene {
         self.kept.clear();
         self.exposure = Some(Exposure {
             cycle,
+            late_s: self.late_s,
             time_s,
             darks: self.pattern.darks(detector.dark_now_e_s() * time_s),
             effects,

@@ -131,6 +131,17 @@ fn an_old_image_of_which_other_probes_break_off_than_of_the_one_before_is_no_att
 }
 
 #[test]
+fn an_old_image_that_was_never_seen_before_is_no_attitude_after_a_gap() {
+    // The first image after a blinded detector is of the second before. Before the next image decided, its attitude
+    // was told: 40 sigma.
+    let flown = fly(&member("any.toml", "any-faults-at-once.toml", 7702, 60));
+    let worst = flown.iter().filter_map(|second| second.attitude_sigmas).fold(0.0, f64::max);
+    let unexpected = flown.iter().filter(|second| second.image_fault == Some(ImageFault::Unexpected)).count();
+    println!("{worst:.1} sigma at worst; {unexpected} images not expected");
+    assert!(worst > 0.0 && worst < 6.0 && unexpected > 0);
+}
+
+#[test]
 fn an_attitude_lost_in_noise_above_an_earth_at_twilight_is_known_again_once_the_noise_ends() {
     // Clouds fill the image: a scan takes nearly all stars for texture. Before windows were read where the lost
     // filter predicts stars, flights 0 and 27 had no attitude for more than half a minute.
