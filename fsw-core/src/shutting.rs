@@ -17,12 +17,11 @@
 //! contradicts a Sun that is in neither: then only a look opens them. Where a path has no shutter both are
 //! open instead. A command holds them until another one.
 
-use fsw_ground::table::parameter_group;
+use fsw_ground::table::{choice, parameter_group};
 use fsw_hal::{LocalTime, OpenPaths};
-use serde::{Deserialize, Serialize};
 
 /// Which paths have a shutter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shutters {
     /// Neither: the filter is all that moves.
     Neither,
@@ -33,6 +32,8 @@ pub enum Shutters {
     /// Both.
     Both,
 }
+
+choice! { Shutters: Neither, Star, Earth, Both }
 
 impl Shutters {
     /// Whether these paths can be open and no other.
@@ -47,13 +48,15 @@ impl Shutters {
 }
 
 /// The grey filter of the Earth path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EarthFilter {
     /// It stays in the path.
     Fixed,
     /// It can be put out of the way.
     Adaptive,
 }
+
+choice! { EarthFilter: Fixed, Adaptive }
 
 parameter_group! {
     /// The shutters of the two paths and the Earth path's filter; nothing of them moves unless it is set.

@@ -2,9 +2,16 @@
 //! row in the table of all parameters.
 //!
 //! In: a group's name and, for every parameter, what it is, its type, default, range, unit and source. Out: a
-//! struct with documented fields, `Default`, `first_out_of_range` and `ROWS`. The flight code uses the first
-//! three. Only the host reads `ROWS` (the page `PARAMETERS.md`, the checksum of the table), so the linker
-//! leaves their text out of the image.
+//! struct with documented fields, `Default`, `first_out_of_range`, the bytes of a table and `ROWS`. Only the
+//! host reads `ROWS` (the page `PARAMETERS.md`, the checksum of the table), so the linker leaves their text
+//! out of the image.
+//!
+//! All groups are written and read by one loop over their [`Field`]s: a derived `Serialize` and `Deserialize`
+//! for each of eighteen groups took 4 KB more of flash.
+
+use core::fmt;
+use serde::de::{Deserializer, Error, SeqAccess, Visitor};
+use serde::ser::{SerializeTuple, Serializer};
 
 /// A row of the table of all parameters, as text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,57 +34,194 @@ pub struct Row {
     pub source: &'static str,
 }
 
-/// Name, least and greatest value of a parameter.
+/// Name, least and greatest value of a parameter; those of `f32` where it has no range.
 pub type Bounds = (&'static str, f32, f32);
 
-/// A value that has a range: a number, or an array of numbers.
-pub trait Ranged {
-    /// The number that the range is asked about: the value itself; of an array the first that is not within
-    /// `low..=high`, else the last. Integers are exact up to 2^24, which no range of this table exceeds but
-    /// that of a CRC.
-    fn tested(&self, low: f32, high: f32) -> f32;
+/// A parameter as what is common to all types sees it.
+pub enum Field<'a> {
+    /// A real number.
+    Single(&'a mut f32),
+    /// Several.
+    Singles(&'a mut [f32]),
+    /// A natural number.
+    Short(&'a mut u16),
+    /// A large one.
+    Long(&'a mut u32),
+    /// A choice between named values: the number of the chosen one, from 0.
+    Choice(&'a mut u8),
 }
 
-impl Ranged for f32 {
-    #[inline]
-    fn tested(&self, _: f32, _: f32) -> f32 {
-        *self
+impl Field<'_> {
+    /// How many numbers it is.
+    fn count(&self) -> usize {
+        if let Self::Singles(values) = self { values.len() } else { 1 }
+    }
+
+    /// Whether it is finite and within `low..=high`, of several numbers each. Integers are exact up to 2^24,
+    /// which no range exceeds. A choice has none.
+    fn is_within(&self, low: f32, high: f32) -> bool {
+        let within = |value: &f32| (low..=high).contains(value);
+        match self {
+            Self::Single(value) => within(value),
+            Self::Singles(values) => values.iter().all(within),
+            Self::Short(value) => within(&f32::from(**value)),
+            Self::Long(value) => within(&(**value as f32)),
+            Self::Choice(_) => true,
+        }
     }
 }
 
-impl Ranged for u16 {
+/// A type that a parameter may have.
+pub trait Parameter {
+    /// The value; of a choice the place of its number.
+    fn field<'a>(&'a mut self, number: &'a mut u8) -> Field<'a>;
+
+    /// The number of a choice.
     #[inline]
-    fn tested(&self, _: f32, _: f32) -> f32 {
-        f32::from(*self)
+    fn number(&self) -> u8 {
+        0
+    }
+
+    /// Takes the choice of a number; `false` where there is none.
+    #[inline]
+    fn choose(&mut self, _number: u8) -> bool {
+        true
     }
 }
 
-impl Ranged for u32 {
+impl Parameter for f32 {
     #[inline]
-    fn tested(&self, _: f32, _: f32) -> f32 {
-        *self as f32
+    fn field<'a>(&'a mut self, _: &'a mut u8) -> Field<'a> {
+        Field::Single(self)
     }
 }
 
-impl<T: Ranged, const LENGTH: usize> Ranged for [T; LENGTH] {
+impl Parameter for u16 {
     #[inline]
-    fn tested(&self, low: f32, high: f32) -> f32 {
-        let mut last = low;
-        for value in self {
-            last = value.tested(low, high);
-            if !(low..=high).contains(&last) {
-                break;
+    fn field<'a>(&'a mut self, _: &'a mut u8) -> Field<'a> {
+        Field::Short(self)
+    }
+}
+
+impl Parameter for u32 {
+    #[inline]
+    fn field<'a>(&'a mut self, _: &'a mut u8) -> Field<'a> {
+        Field::Long(self)
+    }
+}
+
+impl<const LENGTH: usize> Parameter for [f32; LENGTH] {
+    #[inline]
+    fn field<'a>(&'a mut self, _: &'a mut u8) -> Field<'a> {
+        Field::Singles(self)
+    }
+}
+
+/// Makes an enum without data a type of parameters: `choice! { Observation: LimbHeights, Position }`, all its
+/// values in their order.
+#[macro_export]
+macro_rules! choice {
+    ($Type:ident: $($value:ident),+) => {
+        impl $crate::table::Parameter for $Type {
+            #[inline]
+            fn field<'a>(&'a mut self, number: &'a mut u8) -> $crate::table::Field<'a> {
+                $crate::table::Field::Choice(number)
+            }
+
+            fn number(&self) -> u8 {
+                *self as u8
+            }
+
+            fn choose(&mut self, number: u8) -> bool {
+                const ALL: &[$Type] = &[$($Type::$value),+];
+                ALL.get(usize::from(number)).map(|value| *self = *value).is_some()
             }
         }
-        last
-    }
+    };
 }
+
+#[doc(inline)]
+pub use choice;
 
 /// The name of the first value that is not within its bounds; NaN and the infinities never are.
 #[inline(never)]
-pub fn first_out_of_range(values: &[f32], bounds: &[Bounds]) -> Option<&'static str> {
-    let mut all = values.iter().zip(bounds);
-    all.find(|(value, (_, low, high))| !(low..=high).contains(value)).map(|(_, (name, ..))| *name)
+pub fn first_out_of_range(fields: &[Field<'_>], bounds: &[Bounds]) -> Option<&'static str> {
+    let mut all = fields.iter().zip(bounds);
+    all.find(|(field, (_, low, high))| !field.is_within(*low, *high)).map(|(_, (name, ..))| *name)
+}
+
+/// Writes the values one after the other, a choice as its number.
+///
+/// # Errors
+/// Those of the serializer.
+pub fn serialize<S: Serializer>(fields: &mut [Field<'_>], serializer: S) -> Result<S::Ok, S::Error> {
+    let mut tuple = serializer.serialize_tuple(fields.iter().map(Field::count).sum())?;
+    for field in fields {
+        match field {
+            Field::Single(value) => tuple.serialize_element(*value)?,
+            Field::Singles(values) => {
+                values.iter().try_for_each(|value| tuple.serialize_element(value))?;
+            }
+            Field::Short(value) => tuple.serialize_element(*value)?,
+            Field::Long(value) => tuple.serialize_element(*value)?,
+            Field::Choice(value) => tuple.serialize_element(*value)?,
+        }
+    }
+    tuple.end()
+}
+
+/// Reads what [`serialize`] has written.
+///
+/// # Errors
+/// Those of the deserializer, fewer values.
+pub fn deserialize<'de, D: Deserializer<'de>>(
+    fields: &mut [Field<'_>],
+    deserializer: D,
+) -> Result<(), D::Error> {
+    deserializer.deserialize_tuple(fields.iter().map(Field::count).sum(), Values(fields))
+}
+
+/// Takes values into fields.
+struct Values<'a, 'b>(&'a mut [Field<'b>]);
+
+impl<'de> Visitor<'de> for Values<'_, '_> {
+    type Value = ();
+
+    fn expecting(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        out.write_str("the values of a group of parameters")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut values: A) -> Result<(), A::Error> {
+        fn take<'de, A: SeqAccess<'de>, T: serde::Deserialize<'de>>(
+            values: &mut A,
+            place: &mut T,
+        ) -> Result<(), A::Error> {
+            *place = values.next_element()?.ok_or_else(|| A::Error::custom("too few values"))?;
+            Ok(())
+        }
+        for field in self.0 {
+            match field {
+                Field::Single(value) => take(&mut values, *value)?,
+                Field::Singles(all) => all.iter_mut().try_for_each(|value| take(&mut values, value))?,
+                Field::Short(value) => take(&mut values, *value)?,
+                Field::Long(value) => take(&mut values, *value)?,
+                Field::Choice(value) => take(&mut values, *value)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The [`Bounds`] of a name and a range, or of a name alone.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! bounds {
+    ($name:expr) => {
+        ($name, f32::MIN, f32::MAX)
+    };
+    ($name:expr, $low:literal, $high:literal) => {
+        ($name, $low as f32, $high as f32)
+    };
 }
 
 /// Declares a group of parameters, see [the module](crate::table):
@@ -108,7 +252,7 @@ macro_rules! parameter_group {
         }
     ) => {
         $(#[doc = $group_doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive(Clone, Copy, Debug, PartialEq)]
         $visibility struct $Group {
             $(
                 $(#[doc = $doc])*
@@ -145,16 +289,53 @@ macro_rules! parameter_group {
                 )*
             ];
 
-            /// Names, least and greatest values of what has a range.
+            /// Names, least and greatest values.
             pub const BOUNDS: &'static [$crate::table::Bounds] = &[
-                $($((concat!($group, ".", stringify!($name)), $low as f32, $high as f32),)?)*
+                $($crate::bounds!(concat!($group, ".", stringify!($name)) $(, $low, $high)?),)*
             ];
+
+            /// The numbers of its choices, in the order of the rows; 0 for what is none.
+            pub fn numbers(&self) -> [u8; $Group::ROWS.len()] {
+                [$($crate::table::Parameter::number(&self.$name)),*]
+            }
+
+            /// Takes the choices of these numbers; `false` where there is none of a number.
+            fn choose(&mut self, numbers: &[u8; $Group::ROWS.len()]) -> bool {
+                let [$($name),*] = numbers;
+                $($crate::table::Parameter::choose(&mut self.$name, *$name))&&*
+            }
+
+            /// Its values, in the order of the rows; those of choices in `numbers`.
+            #[inline(never)]
+            pub fn fields<'a>(
+                &'a mut self,
+                numbers: &'a mut [u8; $Group::ROWS.len()],
+            ) -> [$crate::table::Field<'a>; $Group::ROWS.len()] {
+                let [$($name),*] = numbers;
+                [$($crate::table::Parameter::field(&mut self.$name, $name)),*]
+            }
 
             /// The name of the first value that is outside its range or not finite.
             pub fn first_out_of_range(&self) -> Option<&'static str> {
-                use $crate::table::Ranged;
-                let values = [$($(Ranged::tested(&self.$name, $low as f32, $high as f32),)?)*];
-                $crate::table::first_out_of_range(&values, Self::BOUNDS)
+                let (mut group, mut numbers) = (*self, self.numbers());
+                $crate::table::first_out_of_range(&group.fields(&mut numbers), Self::BOUNDS)
+            }
+        }
+
+        impl serde::Serialize for $Group {
+            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                let (mut group, mut numbers) = (*self, self.numbers());
+                $crate::table::serialize(&mut group.fields(&mut numbers), serializer)
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $Group {
+            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                let mut group = Self::default();
+                let mut numbers = group.numbers();
+                $crate::table::deserialize(&mut group.fields(&mut numbers), deserializer)?;
+                let chosen = group.choose(&numbers);
+                if chosen { Ok(group) } else { Err(serde::de::Error::custom("no such choice")) }
             }
         }
     };

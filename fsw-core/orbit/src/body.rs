@@ -9,14 +9,14 @@
 //! Rotational Elements (Archinal et al. 2011 and 2018, Celest. Mech. Dyn. Astr. 109, 101 and 130, 22). The
 //! Moon's axes are those of the mean Earth; its field refers to the principal axes, 0.03 deg beside.
 
-use serde::{Deserialize, Serialize};
+use fsw_ground::table::choice;
 
 const RAD_PER_DEG: f64 = core::f64::consts::PI / 180.0;
 /// A degree a day, rad/s.
 const DEG_PER_DAY: f64 = RAD_PER_DEG / 86_400.0;
 
 /// What a satellite flies about.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CentralBody {
     /// The Earth.
     #[default]
@@ -26,6 +26,8 @@ pub enum CentralBody {
     /// Mars.
     Mars,
 }
+
+choice! { CentralBody: Earth, Moon, Mars }
 
 /// What is known of a body.
 #[derive(Debug)]

@@ -6,10 +6,10 @@
 
 use super::body::CentralBody;
 use super::gravity::MAX_DEGREE;
-use serde::{Deserialize, Serialize};
+use fsw_ground::table::choice;
 
 /// A choice of forces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dynamics {
     /// The central body as a point.
     Kepler,
@@ -18,6 +18,8 @@ pub enum Dynamics {
     /// The field to degree and order [`MAX_DEGREE`], Sun, Moon, drag and the Sun's light.
     Full,
 }
+
+choice! { Dynamics: Kepler, J2, Full }
 
 impl Dynamics {
     /// The forces about the Earth on a satellite of these `Cd A / m` and `Cr A / m`, m²/kg.

@@ -2,11 +2,10 @@
 
 use super::body::CentralBody;
 use super::forces::{Dynamics, Forces};
-use fsw_ground::table::parameter_group;
-use serde::{Deserialize, Serialize};
+use fsw_ground::table::{choice, parameter_group};
 
 /// What the filter takes of an image of the Earth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Observation {
     /// The height of each limb point about the predicted limb, by the model of the horizon.
     LimbHeights,
@@ -18,8 +17,10 @@ pub enum Observation {
     Combined,
 }
 
+choice! { Observation: LimbHeights, Position, UnitVector, Combined }
+
 /// What becomes of the misalignment of star path and Earth path against the mounting of the parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Misalignment {
     /// It is not learned; the covariance allows for it (Schmidt).
     Considered,
@@ -27,6 +28,8 @@ pub enum Misalignment {
     /// (`sil-host navigate --observability`): for an orbit that the ground has given.
     Estimated,
 }
+
+choice! { Misalignment: Considered, Estimated }
 
 parameter_group! {
     /// Propagation and filter of the orbit.

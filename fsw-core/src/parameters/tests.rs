@@ -1,165 +1,70 @@
+use super::table::{Bounds, Field, Parameter};
 use super::*;
 use crate::oracle::reference_camera;
+use std::boxed::Box;
 use std::string::String;
 use std::vec::Vec;
 
-/// Sets a number, or all numbers of an array.
-trait Set {
-    fn set(&mut self, value: f32);
-}
-
-impl Set for f32 {
-    fn set(&mut self, value: f32) {
-        *self = value;
-    }
-}
-
-impl Set for u16 {
-    fn set(&mut self, value: f32) {
-        *self = value as u16;
-    }
-}
-
-impl Set for u32 {
-    fn set(&mut self, value: f32) {
-        *self = value as u32;
-    }
-}
-
-impl<const LENGTH: usize> Set for [f32; LENGTH] {
-    fn set(&mut self, value: f32) {
-        *self = [value; LENGTH];
-    }
-}
-
-type Place = (&'static str, fn(&mut Parameters, f32));
-
-macro_rules! places {
-    ($($group:ident$(.$name:ident)+),* $(,)?) => {
-        &[$((stringify!($group$(.$name)+), |p, value| p.$group$(.$name)+.set(value))),*]
-    };
-}
-
-/// Every parameter that has a range, but those of the rate sensor.
-const PLACES: &[Place] = places![
-    imaging.exposure_us,
-    imaging.row_time_ns,
-    mount.star_to_earth,
-    detection.threshold_sigma_tenths,
-    detection.peak_to_region_percent,
-    detection.peak_to_inner_percent,
-    detection.inner_to_outer_percent,
-    detection.inner_share_percent,
-    detection.skirt_share_percent,
-    detection.centroid_floor_millipx,
-    identification.centroid_sigma_px,
-    identification.scale_uncertainty,
-    identification.log10_false_limit,
-    identification.pairs_per_cycle,
-    mount.boresight_sigma_px,
-    tracking.gate_px,
-    tracking.fewest_stars,
-    tracking.carried_sigma_rad,
-    tracking.manoeuvre_rad_s2,
-    earth.ellipsoid.equatorial_km,
-    earth.ellipsoid.polar_km,
-    earth.limb.height_km,
-    earth.limb.height_sigma_km,
-    earth.limb.scale_height_km,
-    earth.limb.scatter_km,
-    earth.limb.cloud_share,
-    earth.limb.ground_share,
-    earth.limb.lommel_share,
-    earth.limb.psf_sigma_px,
-    earth.light.lit_deg,
-    earth.light.usable_deg,
-    earth.light.twilight_deg,
-    earth.strips.contrast_share,
-    earth.strips.dark_share,
-    earth.strips.saturated_share,
-    earth.strips.floor_px,
-    earth.strips.tolerance_px,
-    earth.strips.inlier_share,
-    earth.search.step_px,
-    earth.search.contrast_share,
-    earth.search.dark_share,
-    earth.search.run_px,
-    earth.search.rise_px,
-    earth.search.floor_px,
-    earth.search.tolerance_px,
-    earth.search.inlier_share,
-    earth.fit.enough_share,
-    earth.fit.fewest_points,
-    earth.fit.least_arc_deg,
-    earth.horizon.sigma_km,
-    earth.horizon.cell_km,
-    earth.horizon.sigma_px,
-    earth.horizon.cloud_cell_km,
-    earth.horizon.sunless_px,
-    earth.plausible.sigma_deg,
-    earth.plausible.told_deg,
-    earth.plausible.told_points,
-    earth.plausible.range_share,
-    earth.plausible.distance_km,
-    orbit.drag_m2_kg,
-    orbit.radiation_m2_kg,
-    orbit.height_sigma_km,
-    orbit.height_sigma_rad,
-    orbit.summer_sigma_km,
-    orbit.tropics_km,
-    orbit.tropics_sigma_km,
-    orbit.field_sigma_km,
-    orbit.field_length_km,
-    orbit.edge_sigma_km,
-    orbit.edge_sigma_rad,
-    orbit.edge_patch_km,
-    orbit.edge_patch_rad,
-    orbit.edge_longest_s,
-    orbit.edge_light_s,
-    orbit.look_s,
-    orbit.misalignment_sigma_rad,
-    orbit.gravity_noise_km_s15,
-    orbit.drag_noise_s05,
-    orbit.force_noise_km_s15,
-    orbit.gate_sigma,
-    orbit.patience,
-    orbit.settled_share,
-    modes.patience_s,
-    modes.dwell_s,
-    modes.fault_patience_s,
-    modes.settle_s,
-    modes.acquisition_timeout_s,
-    modes.outage_timeout_s,
-    modes.healthy_s,
-];
-
-/// A fibre-optic gyro, where there was none.
+/// A gyro, where there was none.
 fn gyro(parameters: &mut Parameters) -> &mut RateSensorNoise {
     parameters.rate_sensor.get_or_insert_default()
 }
 
-/// Shutters, where there were none.
-fn shutter(parameters: &mut Parameters) -> &mut ShutterParameters {
-    parameters.shutter.get_or_insert_default()
+/// A value with its row and its bounds.
+type Place<'a> = (&'static Row, Bounds, Field<'a>);
+
+/// Every value but the camera's, with all instruments on board.
+fn places(parameters: &mut Parameters) -> Vec<Place<'_>> {
+    macro_rules! places {
+        ($($Group:ty: $group:expr;)*) => {{
+            let mut all: Vec<Place<'_>> = Vec::new();
+            $({
+                let group: &mut $Group = $group;
+                let fields = group.fields(Box::leak(Box::new(group.numbers())));
+                let known = <$Group>::ROWS.iter().zip(<$Group>::BOUNDS);
+                all.extend(known.zip(fields).map(|((row, bounds), field)| (row, *bounds, field)));
+            })*
+            all
+        }};
+    }
+    let Parameters { imaging, mount, detection, identification, tracking, earth, orbit, modes, .. } =
+        parameters;
+    places! {
+        ImagingParameters: imaging;
+        MountParameters: mount;
+        DetectionParameters: detection;
+        IdentificationParameters: identification;
+        TrackingParameters: tracking;
+        RateSensorNoise: parameters.rate_sensor.get_or_insert_default();
+        MagnetometerErrors: parameters.magnetometer.get_or_insert_default();
+        ShutterParameters: parameters.shutter.get_or_insert_default();
+        earth::Ellipsoid: &mut earth.ellipsoid;
+        earth::LimbParameters: &mut earth.limb;
+        earth::LightParameters: &mut earth.light;
+        earth::StripParameters: &mut earth.strips;
+        earth::SearchParameters: &mut earth.search;
+        earth::FitParameters: &mut earth.fit;
+        earth::HorizonParameters: &mut earth.horizon;
+        earth::PlausibleParameters: &mut earth.plausible;
+        OrbitParameters: orbit;
+        ModeParameters: modes;
+    }
 }
 
-/// A magnetometer, where there was none.
-fn magnetometer(parameters: &mut Parameters) -> &mut MagnetometerErrors {
-    parameters.magnetometer.get_or_insert_default()
+/// Sets a number, or all numbers of an array.
+fn set(field: &mut Field<'_>, to: f32) {
+    match field {
+        Field::Single(value) => **value = to,
+        Field::Singles(values) => values.fill(to),
+        Field::Short(value) => **value = to as u16,
+        Field::Long(value) => **value = to as u32,
+        Field::Choice(_) => {}
+    }
 }
 
-/// Of instruments that need not be on board.
-const OPTIONAL_PLACES: &[Place] = &[
-    // The gate's third, which is less than the range's end, has a test of its own.
-    ("rate_sensor.walk_rad_s", |p, value| gyro(p).walk_rad_s = value),
-    ("rate_sensor.bias_rad_s", |p, value| gyro(p).bias_rad_s = value),
-    ("magnetometer.noise_ut", |p, value| magnetometer(p).noise_ut = value),
-    ("magnetometer.zero_ut", |p, value| magnetometer(p).zero_ut = value),
-    ("magnetometer.walk_ut", |p, value| magnetometer(p).walk_ut = value),
-    ("magnetometer.field_ut", |p, value| magnetometer(p).field_ut = value),
-    ("shutter.margin_rad", |p, value| shutter(p).margin_rad = value),
-    ("shutter.look_s", |p, value| shutter(p).look_s = value as u16),
-];
+fn is_integer(row: &Row) -> bool {
+    row.kind.starts_with('u')
+}
 
 /// Values that cannot be set to an end of their range alone: a quaternion has unit length.
 const ONLY_REFUSED: [&str; 1] = ["mount.star_to_earth"];
@@ -168,36 +73,6 @@ fn checked(change: impl Fn(&mut Parameters)) -> Result<(), ParameterError> {
     let mut parameters = Parameters::for_camera(reference_camera());
     change(&mut parameters);
     parameters.check().map(|_| ())
-}
-
-/// Name, bounds and whether it is an integer, of every row with a range.
-fn bounds() -> Vec<(&'static str, f32, f32, bool)> {
-    let bounds = [
-        ImagingParameters::BOUNDS,
-        MountParameters::BOUNDS,
-        DetectionParameters::BOUNDS,
-        IdentificationParameters::BOUNDS,
-        TrackingParameters::BOUNDS,
-        RateSensorNoise::BOUNDS,
-        MagnetometerErrors::BOUNDS,
-        ShutterParameters::BOUNDS,
-        earth::Ellipsoid::BOUNDS,
-        earth::LimbParameters::BOUNDS,
-        earth::LightParameters::BOUNDS,
-        earth::StripParameters::BOUNDS,
-        earth::SearchParameters::BOUNDS,
-        earth::FitParameters::BOUNDS,
-        earth::HorizonParameters::BOUNDS,
-        earth::PlausibleParameters::BOUNDS,
-        OrbitParameters::BOUNDS,
-        ModeParameters::BOUNDS,
-    ];
-    let rows = || GROUPS.into_iter().flatten();
-    let integer = |name: &str| {
-        let own = |row: &&Row| name == std::format!("{}.{}", row.group, row.name);
-        rows().find(own).unwrap().kind.starts_with('u')
-    };
-    bounds.into_iter().flatten().map(|&(name, low, high)| (name, low, high, integer(name))).collect()
 }
 
 #[test]
@@ -215,32 +90,34 @@ fn an_exposure_that_leaves_no_time_for_the_readout_is_refused() {
 
 #[test]
 fn a_value_passes_to_the_ends_of_its_range_and_is_refused_by_name_beyond() {
-    let places = || PLACES.iter().chain(OPTIONAL_PLACES);
-    for (name, low, high, integer) in bounds() {
-        if name == "rate_sensor.white_rad" {
+    let defaults = Parameters::for_camera(reference_camera());
+    for (place, (row, (name, low, high), _)) in places(&mut { defaults }).into_iter().enumerate() {
+        assert_eq!(name, std::format!("{}.{}", row.group, row.name));
+        // The gate's third, which is less than the range's end, has a test of its own.
+        if low == f32::MIN || name == "rate_sensor.white_rad" {
             continue;
         }
-        let (_, set) =
-            places().find(|(place, _)| *place == name).unwrap_or_else(|| panic!("no place {name}"));
-        let with = |p: &mut Parameters, value: f32| {
-            set(p, value);
+        let checked = |value: f32| {
+            let mut parameters = defaults;
             // The two axes of the ellipsoid are tried as a sphere's.
             if name.starts_with("earth.ellipsoid") {
                 let axis = if value.is_nan() { 6378.0 } else { value.clamp(100.0, 100_000.0) };
-                p.earth.ellipsoid = earth::Ellipsoid { equatorial_km: axis, polar_km: axis };
-                set(p, value);
+                parameters.earth.ellipsoid = earth::Ellipsoid { equatorial_km: axis, polar_km: axis };
             }
+            set(&mut places(&mut parameters)[place].2, value);
+            parameters.check().map(|_| ())
         };
         for good in [low, high] {
             if !ONLY_REFUSED.contains(&name) {
-                assert_eq!(checked(|p| with(p, good)), Ok(()), "{name} = {good}");
+                assert_eq!(checked(good), Ok(()), "{name} = {good}");
             }
         }
+        let integer = is_integer(row);
         let beyond = if integer { [low - 1.0, high + 1.0] } else { [low.next_down(), high.next_up()] };
         let no_number = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
         let no_number = if integer { &[][..] } else { &no_number };
         for bad in beyond.iter().chain(no_number).filter(|bad| !integer || **bad >= 0.0) {
-            assert_eq!(checked(|p| with(p, *bad)), Err(ParameterError::Range(name)), "{name} = {bad}");
+            assert_eq!(checked(*bad), Err(ParameterError::Range(name)), "{name} = {bad}");
         }
     }
 }
@@ -266,29 +143,50 @@ fn no_field_of_the_table_escapes_the_rows() {
     // Postcard writes a field after the other: those of the rows, and the camera's, which have their own
     // check. A real has four bytes, an integer of one byte and a choice one.
     let mut parameters = Parameters::for_camera(reference_camera());
-    gyro(&mut parameters);
-    magnetometer(&mut parameters);
-    shutter(&mut parameters);
-    for ((name, .., integer), (_, set)) in bounds().iter().filter_map(|bounds| {
-        let place = PLACES.iter().find(|(place, _)| *place == bounds.0)?;
-        Some((bounds, place))
-    }) {
-        assert!(!name.is_empty());
-        if *integer {
-            set(&mut parameters, 1.0);
+    let rows = places(&mut parameters).into_iter().map(|(_, _, mut field)| {
+        set(&mut field, 1.0);
+        match field {
+            Field::Single(_) => 4,
+            Field::Singles(values) => 4 * values.len(),
+            Field::Short(_) | Field::Long(_) | Field::Choice(_) => 1,
         }
-    }
+    });
+    let rows: usize = rows.sum();
     let bytes = postcard::to_slice(&parameters, &mut [0; MAX_TABLE_BYTES]).unwrap().len();
     let camera = postcard::to_slice(&reference_camera(), &mut [0; 256]).unwrap().len();
-    let row = |row: &Row| match row.kind {
-        "f32" => 4,
-        "[f32; TOLERANCES]" => 3 * 4,
-        "[f32; 4]" => 4 * 4,
-        _ => 1,
-    };
-    let rows: usize = GROUPS.into_iter().flatten().map(row).sum();
     // That there are a rate sensor, a magnetometer and shutters.
     assert_eq!(bytes, camera + rows + 3);
+    assert_eq!(places(&mut parameters).len(), GROUPS.into_iter().flatten().count());
+}
+
+#[test]
+fn a_choice_without_a_name_is_refused() {
+    let mut body = CentralBody::Earth;
+    assert!((0..3).all(|number| body.choose(number) && body.number() == number));
+    assert!(!body.choose(3) && body == CentralBody::Mars);
+    // Every choice has as many numbers as names.
+    let mut parameters = Parameters::for_camera(reference_camera());
+    let names = |row: &Row| row.range.strip_prefix("one of ").unwrap().split(", ").count();
+    let choices = places(&mut parameters).into_iter().filter(|(.., field)| matches!(field, Field::Choice(_)));
+    let names: Vec<usize> = choices.map(|(row, ..)| names(row)).collect();
+    fn numbers<T: Parameter>(mut of: T) -> usize {
+        (0..=u8::MAX).take_while(|number| of.choose(*number)).count()
+    }
+    let OrbitParameters { body, observation, dynamics, misalignment, .. } = parameters.orbit;
+    let ShutterParameters { paths, filter, .. } = ShutterParameters::default();
+    let orbit = [numbers(body), numbers(observation), numbers(dynamics), numbers(misalignment)];
+    assert_eq!(names, [&[numbers(paths), numbers(filter)][..], &orbit].concat());
+    // In a packet: the body's number is the only byte by which these two differ before the checksum.
+    let earth = Parameters::for_camera(reference_camera());
+    let moon = Parameters { orbit: OrbitParameters { body: CentralBody::Moon, ..earth.orbit }, ..earth };
+    let mut buffer = [0; MAX_TABLE_BYTES];
+    let moon = moon.encode(&mut buffer).unwrap().to_vec();
+    let length = earth.encode(&mut buffer).unwrap().len();
+    let place = moon.iter().zip(&buffer).position(|(one, other)| one != other).unwrap();
+    buffer[place] = CentralBody::ALL.len() as u8;
+    let crc = crate::checksum::crc32(&buffer[..length - 4]);
+    buffer[length - 4..length].copy_from_slice(&crc.to_le_bytes());
+    assert_eq!(Parameters::decode(&buffer[..length]), Err(PacketError::Content));
 }
 
 #[test]
@@ -336,13 +234,8 @@ fn a_table_comes_back_from_its_packet() {
 #[test]
 fn the_longest_table_fits_its_buffer() {
     let mut parameters = Parameters::for_camera(reference_camera());
-    gyro(&mut parameters);
-    for ((.., integer), (_, set)) in
-        bounds().iter().filter_map(|row| Some((row, PLACES.iter().find(|(place, _)| *place == row.0)?)))
-    {
-        if *integer {
-            set(&mut parameters, u32::MAX as f32);
-        }
+    for (_, _, mut field) in places(&mut parameters).into_iter().filter(|(row, ..)| is_integer(row)) {
+        set(&mut field, u32::MAX as f32);
     }
     parameters.imaging.calibration_crc = u32::MAX;
     (parameters.camera.width_px, parameters.camera.height_px) = (u16::MAX, u16::MAX);
