@@ -105,6 +105,7 @@ impl Sensor<'_> {
     }
 
     /// Searches the whole image for stars, drawn out by a `turn` where it is known.
+    #[inline(never)]
     fn scan(
         &mut self,
         detector: &mut impl Detector<Error = DetectorError>,

@@ -40,6 +40,7 @@ pub struct MemoryLimits {
     pub(super) flash_bytes: u64,
     pub(super) static_ram_bytes: u64,
     pub(super) stack_bytes: u64,
+    pub(super) ram_bytes: u64,
 }
 
 /// The workspace's root: the nearest folder at or above this one that holds the file of limits.

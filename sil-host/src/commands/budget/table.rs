@@ -91,10 +91,11 @@ impl Scan {
 
 impl Budget {
     /// Every limit of memory with what was used of it.
-    fn memory(&self) -> [(&'static str, u64, u64); 3] {
+    fn memory(&self) -> [(&'static str, u64, u64); 4] {
         [
             ("flash, bytes", self.flash_bytes, self.limits.flash_bytes),
             ("static RAM, bytes", self.ram_bytes, self.limits.static_ram_bytes),
+            ("RAM and stack, bytes", self.ram_bytes + self.stack_bytes, self.limits.ram_bytes),
             ("stack, bytes", self.stack_bytes, self.limits.stack_bytes),
         ]
     }
