@@ -3,8 +3,8 @@
  *
  * In: a wake-up message once a second, ground commands whose payload is a packet of the command link,
  * requests of housekeeping; instruments and tables by the functions of sextant_mission.h. Out: a telemetry
- * frame a second, reports of the command link, housekeeping, events. Orbit and mounting go on after a restart
- * of the app or of the processor: a frame with an orbit is kept in the Critical Data Store.
+ * frame a second, reports of the command link, housekeeping, events. Orbit, mounting and a commanded safe go
+ * on after a restart of the app or of the processor: a frame is kept in the Critical Data Store.
  *
  * One task, one pipe, no memory but the static. C99, as cFE is compiled; cFE of Caelum and later.
  */
@@ -32,10 +32,11 @@ struct kept {
 static struct {
     CFE_SB_PipeId_t pipe;
     CFE_ES_CDSHandle_t store;
-    /* Whether there is a store, and whether what it held waits to be taken. */
     bool stores;
-    bool kept_waits;
     uint32 unkept_seconds;
+    /* Whether a second was flown, and whether it was in commanded safe. */
+    bool flown;
+    bool safe;
     struct kept kept;
     struct sextant_sensor *sensor;
     struct sextant_link *link;
@@ -83,18 +84,6 @@ static bool start_bus(void) {
     return true;
 }
 
-/* Takes what the store holds of before a restart. Without a store an orbit begins anew after one. */
-static void open_store(void) {
-    CFE_Status_t status = CFE_ES_RegisterCDS(&app.store, sizeof app.kept, "Kept");
-    app.stores = status == CFE_SUCCESS || status == CFE_ES_CDS_ALREADY_EXISTS;
-    if (status == CFE_ES_CDS_ALREADY_EXISTS) {
-        app.kept_waits = CFE_ES_RestoreFromCDS(&app.kept, app.store) == CFE_SUCCESS && app.kept.length > 0 &&
-                         app.kept.length <= sizeof app.kept.frame;
-    } else if (app.stores) {
-        CFE_ES_CopyToCDS(app.store, &app.kept);
-    }
-}
-
 static uint8 *aligned(uint8 *memory) {
     return memory + (SEXTANT_SENSOR_ALIGNMENT - (uintptr_t)memory % SEXTANT_SENSOR_ALIGNMENT);
 }
@@ -121,6 +110,26 @@ static bool start_sensor(void) {
     return true;
 }
 
+/* Goes on from what the store holds of before a restart. Without a store an orbit begins anew after one. */
+static void resume(void) {
+    struct sextant_app_housekeeping *told = &app.housekeeping.payload;
+    CFE_Status_t status = CFE_ES_RegisterCDS(&app.store, sizeof app.kept, "Kept");
+    app.stores = status == CFE_SUCCESS || status == CFE_ES_CDS_ALREADY_EXISTS;
+    if (status != CFE_ES_CDS_ALREADY_EXISTS) {
+        if (app.stores) {
+            CFE_ES_CopyToCDS(app.store, &app.kept);
+        }
+        return;
+    }
+    if (CFE_ES_RestoreFromCDS(&app.kept, app.store) != CFE_SUCCESS || app.kept.length == 0 ||
+        app.kept.length > sizeof app.kept.frame) {
+        return;
+    }
+    const struct sextant_bytes kept = {app.kept.frame, app.kept.length};
+    bool taken = sextant_resume(app.sensor, kept) == SEXTANT_STATUS_OK;
+    told->resumed = taken ? SEXTANT_APP_RESUMED_TAKEN : SEXTANT_APP_RESUMED_DROPPED;
+}
+
 static bool start(void) {
     /* Zero also where cFE starts the app again without loading it: a sensor whose task was ended in a second
      * counts as busy until its memory is zero. */
@@ -128,9 +137,10 @@ static bool start(void) {
     if (!start_bus() || !start_sensor()) {
         return false;
     }
-    open_store();
+    resume();
+    static const char *const resumed[] = {"nothing was kept", "what was kept goes on", "what was kept is dropped"};
     CFE_EVS_SendEvent(SEXTANT_APP_STARTED_EID, CFE_EVS_EventType_INFORMATION, "SEXTANT: library %s, %s",
-                      sextant_version(), app.kept_waits ? "an orbit was kept" : "no orbit was kept");
+                      sextant_version(), resumed[app.housekeeping.payload.resumed]);
     return true;
 }
 
@@ -141,34 +151,15 @@ static void publish(CFE_MSG_Message_t *message, size_t bytes) {
     CFE_SB_TransmitMsg(message, true);
 }
 
-/* Flies one second with the orbit of before the restart, once; false where nothing was flown by that. */
-static bool fly_resumed(size_t *length) {
-    const struct sextant_bytes kept = {app.kept.frame, app.kept.length};
-    struct sextant_app_housekeeping *told = &app.housekeeping.payload;
-    if (!app.kept_waits || (app.result.terrestrial_us == 0 && !app.result.orbit.known)) {
-        return false;
-    }
-    app.kept_waits = false;
-    told->resumed = SEXTANT_APP_RESUMED_DROPPED;
-    if (app.result.orbit.known) {
-        return false;
-    }
-    sextant_status status = sextant_cycle_resumed(app.sensor, kept, &app.instruments, app.frame.frame,
-                                                  sizeof app.frame.frame, length, &app.result);
-    if (status == SEXTANT_STATUS_OK && app.result.command == SEXTANT_COMMAND_RESULT_DONE) {
-        told->resumed = SEXTANT_APP_RESUMED_TAKEN;
-    }
-    CFE_EVS_SendEvent(SEXTANT_APP_RESUMED_EID, CFE_EVS_EventType_INFORMATION,
-                      "SEXTANT: the orbit that was kept %s",
-                      told->resumed == SEXTANT_APP_RESUMED_TAKEN ? "goes on" : "was not taken");
-    return status == SEXTANT_STATUS_OK;
-}
-
-/* Keeps the frame of the second, where it has an orbit and the last one is old. */
+/* Keeps the frame of the second, where it has an orbit and the last one is old, and where commanded safe
+ * begins or has ended. */
 static void keep(size_t length) {
-    app.unkept_seconds++;
-    if (!app.stores || app.kept_waits || !app.result.orbit.known ||
-        app.unkept_seconds < SEXTANT_APP_KEEP_SECONDS) {
+    bool old = ++app.unkept_seconds >= SEXTANT_APP_KEEP_SECONDS && app.result.orbit.known;
+    bool safe = app.result.mode == SEXTANT_MODE_COMMANDED_SAFE;
+    bool changed = app.flown && safe != app.safe;
+    app.flown = true;
+    app.safe = safe;
+    if (!app.stores || !(old || changed)) {
         return;
     }
     app.unkept_seconds = 0;
@@ -194,11 +185,9 @@ static void send_reports(void) {
 static void fly_second(void) {
     struct sextant_app_housekeeping *told = &app.housekeeping.payload;
     size_t length = 0;
-    sextant_status status = SEXTANT_STATUS_OK;
-    if (!fly_resumed(&length)) {
-        status = sextant_cycle_commanded(app.sensor, app.link, &app.instruments, app.frame.frame,
-                                         sizeof app.frame.frame, &length, &app.result);
-    }
+    sextant_status status =
+        sextant_cycle_commanded(app.sensor, app.link, &app.instruments, app.frame.frame,
+                                sizeof app.frame.frame, &length, &app.result);
     told->status = status;
     if (status != SEXTANT_STATUS_OK) {
         told->refused_seconds++;

@@ -36,15 +36,14 @@
 #define SEXTANT_APP_RESET_EID 5
 #define SEXTANT_APP_TELECOMMAND_EID 6
 #define SEXTANT_APP_SECOND_EID 7
-#define SEXTANT_APP_RESUMED_EID 8
 
-/* What came of the orbit of before a restart. */
+/* What came of what was kept of before a restart. */
 enum sextant_app_resumed {
-    /* None was kept, or its second is still to come. */
+    /* Nothing was kept. */
     SEXTANT_APP_RESUMED_NO = 0,
-    /* The orbit goes on. */
+    /* It goes on; an orbit that is too old is forgotten with an event in telemetry. */
     SEXTANT_APP_RESUMED_TAKEN = 1,
-    /* It was too old or of another version, or an orbit was known before: it was dropped. */
+    /* It was damaged or of another version: it was dropped. */
     SEXTANT_APP_RESUMED_DROPPED = 2,
 };
 

@@ -196,7 +196,8 @@ enum sextant_status
      */
     SEXTANT_STATUS_TELEMETRY = 17,
     /**
-     * What was kept of before a restart is no whole telemetry frame of this version with an orbit.
+     * What was kept of before a restart is no whole telemetry frame of this version with an orbit or a
+     * commanded safe, or comes after the first second.
      */
     SEXTANT_STATUS_KEPT = 18,
     /**
@@ -1440,23 +1441,21 @@ sextant_status sextant_link_report(struct sextant_link *link,
                                    size_t *report_length);
 
 /**
- * Flies one second as `sextant_cycle` that begins with orbit and mounting of before a restart, where no
- * orbit is known yet. Call it once, after the first second whose `result->terrestrial_us` is not 0.
+ * Goes on from before a restart: with the orbit and the mounting of the paths, and in safe where that was
+ * commanded. Call it after `sextant_init`, before the first cycle.
  *
  * - `kept`: what a cycle before the restart wrote as telemetry, its length before it. Keep one that has an
- *   orbit every few minutes, in memory that a restart leaves; frames of another version are refused.
+ *   orbit every few minutes, and one whenever the mode becomes or was `COMMANDED_SAFE`, in memory that a
+ *   restart leaves; frames of another version are refused.
  *
- * Returns what `sextant_cycle` returns, but not `COMMAND`; `KEPT` where `kept` is no whole frame with an
- * orbit. Unless `OK` nothing was flown. `result->command` says whether the orbit was taken: one that is
- * older than 100 minutes is not, and begins anew; the mounting stays.
+ * The orbit is told once Terrestrial Time is known and the gap is crossed. One that is older than two hours
+ * then is forgotten with an event, and begins anew; the mounting stays.
+ *
+ * Returns `OK`; `KEPT` where `kept` is no whole frame with an orbit or a commanded safe, or a second was
+ * flown already; `NULL`, `SIZE`, `ALIGNMENT`, `NOT_A_SENSOR`, `BUSY`. Unless `OK` nothing has changed.
  */
-sextant_status sextant_cycle_resumed(struct sextant_sensor *sensor,
-                                     struct sextant_bytes kept,
-                                     const struct sextant_instruments *instruments,
-                                     uint8_t *telemetry,
-                                     size_t telemetry_bytes,
-                                     size_t *telemetry_length,
-                                     struct sextant_result *result);
+sextant_status sextant_resume(struct sextant_sensor *sensor,
+                              struct sextant_bytes kept);
 
 #ifdef __cplusplus
 }  // extern "C"

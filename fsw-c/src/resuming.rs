@@ -1,76 +1,38 @@
-//! A second that takes up what a sensor knew before a restart.
+//! What a sensor takes up of before a restart.
 //!
 //! In: the telemetry of a second of before, kept by the caller where a restart leaves it. Out: that second's
-//! orbit and how the paths were mounted, in the sensor.
+//! orbit, how the paths were mounted and a commanded safe, in the sensor.
 
-use crate::calls::{Outputs, fly, whole};
-use crate::doors::{Bytes, Extent, check};
-use crate::instruments::Instruments;
+use crate::doors::{Bytes, check};
 use crate::memory::{self, SensorMemory};
-use crate::results::CycleResult;
 use crate::status::Status;
-use fsw_core::command::GroundOrbit;
-use fsw_core::sensor;
 use fsw_core::telemetry;
 
-/// Flies one second as `sextant_cycle` that begins with orbit and mounting of before a restart, where no
-/// orbit is known yet. Call it once, after the first second whose `result->terrestrial_us` is not 0.
+/// Goes on from before a restart: with the orbit and the mounting of the paths, and in safe where that was
+/// commanded. Call it after `sextant_init`, before the first cycle.
 ///
 /// - `kept`: what a cycle before the restart wrote as telemetry, its length before it. Keep one that has an
-///   orbit every few minutes, in memory that a restart leaves; frames of another version are refused.
+///   orbit every few minutes, and one whenever the mode becomes or was `COMMANDED_SAFE`, in memory that a
+///   restart leaves; frames of another version are refused.
 ///
-/// Returns what `sextant_cycle` returns, but not `COMMAND`; `KEPT` where `kept` is no whole frame with an
-/// orbit. Unless `OK` nothing was flown. `result->command` says whether the orbit was taken: one that is
-/// older than 100 minutes is not, and begins anew; the mounting stays.
+/// The orbit is told once Terrestrial Time is known and the gap is crossed. One that is older than two hours
+/// then is forgotten with an event, and begins anew; the mounting stays.
+///
+/// Returns `OK`; `KEPT` where `kept` is no whole frame with an orbit or a commanded safe, or a second was
+/// flown already; `NULL`, `SIZE`, `ALIGNMENT`, `NOT_A_SENSOR`, `BUSY`. Unless `OK` nothing has changed.
 ///
 /// # Safety
-/// As `sextant_cycle`.
+/// `sensor` is a handle of `sextant_init`, or is refused; `kept` are bytes that stay as they are.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn sextant_cycle_resumed(
-    sensor: *mut SensorMemory,
-    kept: Bytes,
-    instruments: *const Instruments,
-    telemetry: *mut u8,
-    telemetry_bytes: usize,
-    telemetry_length: *mut usize,
-    result: *mut CycleResult,
-) -> Status {
-    let outputs = Outputs { telemetry, telemetry_bytes, telemetry_length, result };
-    let resumed = || {
+pub unsafe extern "C" fn sextant_resume(sensor: *mut SensorMemory, kept: Bytes) -> Status {
+    let resume = || {
         check(sensor)?;
-        outputs.check(Extent::of(sensor))?;
         // SAFETY: the caller promises the bytes.
-        let Before { orbit, misalignment_rad, sigma_rad } = before(unsafe { kept.slice() }?)?;
-        // Before the mounting is taken: a call that is refused changes nothing.
-        // SAFETY: the caller's promises are the same.
-        let lent = unsafe { whole(instruments) }?;
-        let take = |sensor: &mut sensor::Sensor, bad_pixels| {
-            lent.check_size(bad_pixels)?;
-            sensor.initialise_mounting(misalignment_rad, sigma_rad);
-            Ok(())
-        };
+        let (frame, _) = telemetry::split_first(unsafe { kept.slice() }?).ok_or(Status::Kept)?;
+        let before = telemetry::decode(frame).map_err(|_| Status::Kept)?;
         // SAFETY: the handle is aligned; that a sensor's memory stands behind it is the caller's promise.
-        unsafe { memory::with(sensor, take) }??;
-        // SAFETY: the caller's promises are the same; handle and outputs were checked.
-        unsafe { fly(sensor, instruments, sensor::Command::Orbit(orbit), &outputs, |_| ()) }
+        let goes_on = unsafe { memory::with(sensor, |sensor, _| sensor.resume(&before)) }?;
+        goes_on.then_some(()).ok_or(Status::Kept)
     };
-    Status::of(resumed())
-}
-
-/// What a frame tells of before.
-struct Before {
-    orbit: GroundOrbit,
-    misalignment_rad: [f32; 3],
-    sigma_rad: [f32; 3],
-}
-
-/// Reads a frame that is led by its length. (Not inlined: the report is not to lie under the second on the
-/// stack.)
-#[inline(never)]
-fn before(kept: &[u8]) -> Result<Before, Status> {
-    let (frame, _) = telemetry::split_first(kept).ok_or(Status::Kept)?;
-    let report = telemetry::decode(frame).map_err(|_| Status::Kept)?;
-    let (told, orbit) = report.orbit.as_ref().zip(report.ground_orbit()).ok_or(Status::Kept)?;
-    let (misalignment_rad, sigma_rad) = (told.misalignment_rad, told.misalignment_sigma_rad);
-    Ok(Before { orbit, misalignment_rad, sigma_rad })
+    Status::of(resume())
 }

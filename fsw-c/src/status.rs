@@ -44,7 +44,8 @@ pub enum Status {
     CalibrationMismatch = 16,
     /// The telemetry frame could not be written.
     Telemetry = 17,
-    /// What was kept of before a restart is no whole telemetry frame of this version with an orbit.
+    /// What was kept of before a restart is no whole telemetry frame of this version with an orbit or a
+    /// commanded safe, or comes after the first second.
     Kept = 18,
     /// The bad pixels' file was cut or damaged, or is none.
     BadPixelsDamaged = 19,

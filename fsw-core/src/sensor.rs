@@ -45,6 +45,7 @@ mod orbit;
 mod outage;
 mod propagation;
 mod record;
+mod resuming;
 mod scrubbing;
 mod timekeeping;
 mod tracking;

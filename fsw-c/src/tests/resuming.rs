@@ -1,12 +1,10 @@
 //! A second that takes up what was known before a restart.
 
-use super::world::{Memory, Outputs, POWER_ON_US, World, encoded, fly, init, parameters, tables};
+use super::world::{Memory, POWER_ON_US, World, encoded, fly, init, parameters, tables};
 use crate::doors::Bytes;
 use crate::memory::SensorMemory;
-use crate::results::CommandResult;
 use crate::status::Status;
 use crate::*;
-use fsw_core::command::Refusal;
 use fsw_core::telemetry::{self, MOTION_CORRELATIONS, OrbitReport, Report};
 use std::vec::Vec;
 
@@ -18,10 +16,6 @@ const RATE_RAD_S: f64 = 1.078_007e-3;
 
 /// Telemetry of so many seconds before power-on: a circle in the equator's plane.
 fn kept(age_s: i64) -> Vec<u8> {
-    kept_with(age_s, SIGMA_RAD)
-}
-
-fn kept_with(age_s: i64, misalignment_sigma_rad: [f32; 3]) -> Vec<u8> {
     let orbit = OrbitReport {
         position_km: [RADIUS_KM, 0.0, 0.0],
         velocity_km_s: [0.0, RADIUS_KM * RATE_RAD_S, 0.0],
@@ -33,7 +27,7 @@ fn kept_with(age_s: i64, misalignment_sigma_rad: [f32; 3]) -> Vec<u8> {
         limb_height_km: 0.0,
         limb_height_sigma_km: 0.5,
         misalignment_rad: MISALIGNMENT_RAD,
-        misalignment_sigma_rad,
+        misalignment_sigma_rad: SIGMA_RAD,
         nis: None,
         nis_freedom: 0,
         since_fix_s: 20,
@@ -44,17 +38,9 @@ fn kept_with(age_s: i64, misalignment_sigma_rad: [f32; 3]) -> Vec<u8> {
     telemetry::encode_next(&report, &mut [0; TELEMETRY_BYTES]).unwrap().to_vec()
 }
 
-fn resume(sensor: *mut SensorMemory, world: &mut World, kept: Bytes) -> (Status, Outputs) {
-    let mut outputs = Outputs::new();
-    let instruments = world.instruments();
-    let (telemetry, length) = (outputs.telemetry.as_mut_ptr(), &raw mut outputs.length);
-    let result = &raw mut outputs.result;
-    // SAFETY: a sensor, whole instruments, bytes that last, outputs of the right lengths.
-    let status = unsafe {
-        sextant_cycle_resumed(sensor, kept, &instruments, telemetry, TELEMETRY_BYTES, length, result)
-    };
-    world.second += 1;
-    (status, outputs)
+fn resume(sensor: *mut SensorMemory, kept: Bytes) -> Status {
+    // SAFETY: a sensor, bytes that last or are refused.
+    unsafe { sextant_resume(sensor, kept) }
 }
 
 fn bytes(kept: &[u8]) -> Bytes {
@@ -66,11 +52,7 @@ fn orbit_and_mounting_of_before_a_restart_go_on() {
     const AGE_S: i64 = 600;
     let (memory, mut world) = (Memory::new(), World::new());
     let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
-    let (_, first) = fly(sensor, &mut world, 1);
-    assert!(!first.orbit.known && first.terrestrial_us > 0);
-
-    let (status, Outputs { result, .. }) = resume(sensor, &mut world, bytes(&kept(AGE_S)));
-    assert_eq!((status, result.command), (Status::Ok, CommandResult::Done));
+    assert_eq!(resume(sensor, bytes(&kept(AGE_S))), Status::Ok);
     // The gap is crossed over some seconds.
     let (_, result) = fly(sensor, &mut world, 3);
     let orbit = result.orbit;
@@ -87,21 +69,32 @@ fn orbit_and_mounting_of_before_a_restart_go_on() {
 }
 
 #[test]
-fn an_orbit_older_than_a_hundred_minutes_is_refused_and_the_second_is_flown() {
+fn an_orbit_older_than_two_hours_is_forgotten_and_the_seconds_are_flown() {
     let (memory, mut world) = (Memory::new(), World::new());
     let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
-    fly(sensor, &mut world, 1);
-    let (status, Outputs { result, .. }) = resume(sensor, &mut world, bytes(&kept(6001)));
-    assert_eq!((status, result.command), (Status::Ok, CommandResult::Refused));
-    assert_eq!(result.refusal, u32::from(Refusal::Epoch.code()));
-    assert_eq!((result.cycle, result.orbit.known), (1, false));
+    assert_eq!(resume(sensor, bytes(&kept(7201))), Status::Ok);
+    let (_, result) = fly(sensor, &mut world, 3);
+    assert_eq!((result.cycle, result.orbit.known), (2, false));
 }
 
 #[test]
-fn what_is_no_frame_with_an_orbit_is_refused_and_nothing_flown() {
+fn safe_that_was_commanded_goes_on_without_an_orbit_too() {
+    let (memory, mut world) = (Memory::new(), World::new());
+    let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
+    let safe = Report { mode: fsw_core::modes::Mode::CommandedSafe, ..Report::default() };
+    let frame = telemetry::encode_next(&safe, &mut [0; TELEMETRY_BYTES]).unwrap().to_vec();
+    assert_eq!(resume(sensor, bytes(&frame)), Status::Ok);
+    let (_, result) = fly(sensor, &mut world, 70);
+    assert_eq!(result.mode, results::Mode::CommandedSafe);
+}
+
+#[test]
+fn what_is_no_frame_with_an_orbit_is_refused_and_nothing_changed() {
     let (memory, mut world) = (Memory::new(), World::new());
     let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
     let (stream, _) = fly(sensor, &mut world, 1);
+    let (memory, mut world) = (Memory::new(), World::new());
+    let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
     let good = kept(60);
     let (mut turned, mut version) = (good.clone(), good.clone());
     turned[40] ^= 4;
@@ -117,41 +110,12 @@ fn what_is_no_frame_with_an_orbit_is_refused_and_nothing_flown() {
         (nothing, Status::Kept),
         (null, Status::Null),
     ] {
-        assert_eq!(resume(sensor, &mut world, kept).0, refusal);
+        assert_eq!(resume(sensor, kept), refusal);
     }
-    let (status, Outputs { result, .. }) = resume(sensor, &mut world, bytes(&good));
-    assert_eq!((status, result.cycle, result.command), (Status::Ok, 1, CommandResult::Done));
-}
-
-#[test]
-fn instruments_that_are_refused_leave_the_mounting_as_it_was() {
-    let (memory, mut world) = (Memory::new(), World::new());
-    let (_, sensor) = init(&memory, &tables(&encoded(&parameters())));
-    fly(sensor, &mut world, 1);
-    let (good, mut outputs) = (kept(60), Outputs::new());
-    let mut spoilt = world.instruments();
-    spoilt.detector.read = None;
-    let (telemetry, length) = (outputs.telemetry.as_mut_ptr(), &raw mut outputs.length);
-    let result = &raw mut outputs.result;
-    for (instruments, refusal) in
-        [(&raw const spoilt, Status::Instruments), (core::ptr::null(), Status::Null)]
-    {
-        // SAFETY: a sensor, bytes that last, outputs of the right lengths; the instruments are refused.
-        let status = unsafe {
-            sextant_cycle_resumed(
-                sensor,
-                bytes(&good),
-                instruments,
-                telemetry,
-                TELEMETRY_BYTES,
-                length,
-                result,
-            )
-        };
-        assert_eq!(status, refusal);
-    }
-    // A mounting without a sigma is none: the orbit begins with what is known of it, which is nothing.
-    let (status, _) = resume(sensor, &mut world, bytes(&kept_with(60, [0.0; 3])));
-    assert_eq!(status, Status::Ok);
-    assert_eq!(fly(sensor, &mut world, 3).1.orbit.misalignment_rad, [0.0; 3]);
+    assert_eq!(resume(core::ptr::null_mut(), bytes(&good)), Status::Null);
+    let (_, result) = fly(sensor, &mut world, 2);
+    assert!(!result.orbit.known);
+    // After the first second it comes too late.
+    assert_eq!(resume(sensor, bytes(&good)), Status::Kept);
+    assert!(!fly(sensor, &mut world, 2).1.orbit.known);
 }

@@ -4,8 +4,8 @@ use super::body::CentralBody;
 use super::forces::{Dynamics, Forces};
 use fsw_ground::table::{choice, parameter_group};
 
-/// What the filter takes of an image of the Earth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What the filter takes of an image of the Earth; a scenario names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 pub enum Observation {
     /// The height of each limb point about the predicted limb, by the model of the horizon.
     LimbHeights,

@@ -39,17 +39,6 @@ impl Sensor<'_> {
         taken
     }
 
-    /// Takes how the paths are mounted as [`OrbitReport`] told it before a restart, for the orbit that begins
-    /// next: by what the Earth path is turned against the mounting of the parameters, a rotation vector in it,
-    /// and its sigmas, rad. `false`, and no change, where an orbit is known or they are out of bounds.
-    pub fn initialise_mounting(&mut self, misalignment_rad: [f32; 3], sigma_rad: [f32; 3]) -> bool {
-        let taken = self.orbit.initialise_mounting(misalignment_rad, sigma_rad);
-        if taken {
-            self.seal(None);
-        }
-        taken
-    }
-
     /// Takes the Earth, seen with an attitude of `sigma_rad` at `terrestrial_us`, into the orbit: the
     /// heights of its limb points where the orbit is known and takes these, else its centre (eq. 5.4).
     #[inline(never)]

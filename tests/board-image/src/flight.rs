@@ -1,21 +1,22 @@
-//! The sensor with its instruments and its command link: one call a second, an orbit that outlives a warm
-//! restart, and files that were sent up, which serve from the start after.
+//! The sensor with its instruments and its command link: one call a second, what outlives a restart, and
+//! files that were sent up, which serve from the start after.
 //!
-//! Kept every [`KEEP_EVERY_S`] seconds is the telemetry frame itself: it has the orbit with its sigmas and a
-//! CRC of its own. After a restart the frame that was kept last gives the orbit, if it is young enough, in
-//! the second after the first one that knew Terrestrial Time; the attitude is found in the sky within
-//! seconds anyway.
+//! Kept every [`KEEP_EVERY_S`] seconds, and when safe is commanded or ended, is the telemetry frame itself: it
+//! has the orbit with its sigmas, the mode, and a CRC of its own. The parameter table is kept whenever a
+//! command has changed it. After a restart the sensor goes on with both; the attitude is found in the sky
+//! within seconds anyway.
 
 use crate::board::{self, Bridge, FRAME_MEMORY_PX, Pin, Pixels, Spi, Watch};
 use crate::instrument::{CATALOGUE, ROWS, parameters};
 use fsw_core::catalog::Catalogue;
-use fsw_core::command::{CommandLink, GroundOrbit, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES};
+use fsw_core::command::{CommandLink, CommandOutcome, MAX_REPORT_BYTES, MAX_TELECOMMAND_BYTES};
 use fsw_core::image::bad_pixels::BadPixelDetector;
 use fsw_core::image::calibration::Calibration;
 use fsw_core::image::defects::Defects;
-use fsw_core::parameters::Parameters;
-use fsw_core::sensor::{Command, Instruments, Sensor, Workspace};
-use fsw_core::telemetry::{self, MAX_FRAME_BYTES};
+use fsw_core::modes::Mode;
+use fsw_core::parameters::{MAX_TABLE_BYTES, Parameters};
+use fsw_core::sensor::{Instruments, Sensor, Workspace};
+use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
 use fsw_drivers::cmv4000::{Outputs, Parts, SIZE_PX, Settings};
 use fsw_drivers::lis2mdl_rs::blocking::{I2CAddress as MagnetometerAddress, Lis2mdl};
 use fsw_drivers::lsm6dsv16x_rs::blocking::{I2CAddress as GyroAddress, Lsm6dsv16x};
@@ -35,18 +36,19 @@ const _: () = assert!(SIZE_PX as usize * ROWS.1 as usize <= FRAME_MEMORY_PX);
 /// APID of the sensor. A spacecraft that is commanded through more hands than its own has a key as well, and
 /// stores the link's counter.
 const APID: u16 = 0x2A5;
-/// Two slots of so many bytes at the begin of the non-volatile memory, then those of the files.
+/// Two slots of so many bytes for the frame at the begin of the non-volatile memory, two for the parameter
+/// table, then those of the files.
 const SLOT_BYTES: usize = 4096;
+const TABLE_OFFSET: u32 = 2 * SLOT_BYTES as u32;
 const AREAS: AreaSlots = AreaSlots {
     catalogue: Slots { offset: 0x1_0000, slot_bytes: 0x3_0000 },
     calibration: Slots { offset: 0x8_0000, slot_bytes: 0x1_0000 },
     bad_pixels: Slots { offset: 0xC_0000, slot_bytes: 0x1_0000 },
 };
-const _: () = assert!(MAX_FRAME_BYTES + 24 <= SLOT_BYTES);
+const _: () =
+    assert!(MAX_FRAME_BYTES + 24 <= SLOT_BYTES && TABLE_OFFSET as usize + 2 * SLOT_BYTES <= 0x1_0000);
 /// Between two records, s.
 const KEEP_EVERY_S: u32 = 600;
-/// Oldest orbit that is begun with, us: what the flight code takes from the ground, 100 minutes.
-const MAX_AGE_US: i64 = 100 * 60 * 1_000_000;
 
 type DetectorDriver = Cmv4000<'static, Spi, Pin, Pin, Bridge, Bridge, Pixels>;
 type Link = CommandLink<FlashAreas<Bridge>>;
@@ -63,16 +65,15 @@ pub struct Flight {
     watch: Watch,
     bad_pixels: Defects<'static>,
     link: &'static mut Link,
-    store: FlashStore<Bridge>,
-    /// Seconds since a record was kept.
+    frames: FlashStore<Bridge>,
+    tables: FlashStore<Bridge>,
+    /// Seconds since a frame was kept.
     since_kept_s: u32,
-    /// Whether the orbit of before the restart is still to be asked for.
-    restarted: bool,
+    /// The mode of the last second.
+    mode: Option<Mode>,
     /// The counter of the last second.
     local: LocalTime,
-    /// Terrestrial Time of the last second, us, where it was known.
-    instant_us: Option<i64>,
-    /// Where a frame is made that nobody sends, and where the record of before the restart is read.
+    /// Where a frame is made that nobody sends, and where what was kept is read.
     spare: &'static mut [u8; MAX_FRAME_BYTES],
 }
 
@@ -88,9 +89,9 @@ struct Files {
 impl Files {
     /// Those of the memory that open, and are of this detector.
     #[inline(never)]
-    fn find(areas: &FlashAreas<Bridge>) -> Option<Self> {
+    fn find(areas: &FlashAreas<Bridge>, kept: Option<Parameters>) -> Option<Self> {
         let sent_up = |area| board::memory().get(areas.serving(area)?);
-        let mut parameters = parameters();
+        let mut parameters = kept.unwrap_or_else(parameters);
         let camera = parameters.camera;
         let size_px = [camera.width_px, camera.height_px];
         let catalogue = sent_up(Area::Catalogue).and_then(|bytes| Catalogue::open(bytes).ok());
@@ -109,14 +110,33 @@ impl Files {
     }
 }
 
+/// What a store holds, of whatever age.
+fn kept<'b>(store: &mut FlashStore<Bridge>, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
+    store.kept(buffer, i64::MAX, i64::MAX).ok()?
+}
+
+/// Goes on from a frame of before the restart, where there is one.
+#[inline(never)]
+fn resume(sensor: &mut Sensor, frame: Option<&[u8]>) {
+    if let Some(before) = frame.and_then(|frame| telemetry::decode(frame).ok()) {
+        sensor.resume(&before);
+    }
+}
+
 impl Flight {
     /// All of it, once; `None` where something refuses.
     #[inline(never)]
     pub fn new(bridge: Bridge) -> Option<Self> {
         let areas = FlashAreas::new(bridge, AREAS)?;
-        let Files { catalogue, calibration, bad_pixels, parameters } = Files::find(&areas)?;
+        let mut frames = FlashStore::new(bridge, 0, SLOT_BYTES)?;
+        let mut tables = FlashStore::new(bridge, TABLE_OFFSET, SLOT_BYTES)?;
+        let spare = SPARE.try_take()?;
+        let table = kept(&mut tables, spare).and_then(|table| Parameters::decode(table).ok());
+        let table = table.filter(|table| table.check().is_ok());
+        let Files { catalogue, calibration, bad_pixels, parameters } = Files::find(&areas, table)?;
         let (place, workspace) = (SENSOR.try_uninit()?, WORKSPACE.try_take()?);
         let sensor = Sensor::new_in(place, catalogue, parameters, calibration, workspace).ok()?;
+        resume(sensor, kept(&mut frames, spare));
         let parts = Parts {
             spi: Spi,
             reset_n: Pin::RESET_N,
@@ -138,26 +158,38 @@ impl Flight {
             watch: Watch::default(),
             bad_pixels,
             link: LINK.try_init(CommandLink::with_areas(APID, None, 0, areas))?,
-            store: FlashStore::new(bridge, 0, SLOT_BYTES)?,
+            frames,
+            tables,
             since_kept_s: 0,
-            restarted: true,
+            mode: None,
             local: LocalTime::default(),
-            instant_us: None,
-            spare: SPARE.try_take()?,
+            spare,
         })
     }
 
-    /// The orbit of before the restart, once, as soon as the sensor knows Terrestrial Time; the sensor takes
-    /// how the paths were mounted.
+    /// Keeps what is to outlive a restart: the frame where it has an orbit and the last one is old, or where
+    /// commanded safe begins or has ended; the table where a command may have changed it.
     #[inline(never)]
-    fn orbit_of_before(&mut self) -> Option<GroundOrbit> {
-        let now_us = self.instant_us.filter(|_| self.restarted)?;
-        self.restarted = false;
-        let record = self.store.kept(self.spare, now_us, MAX_AGE_US).ok()??;
-        let before = telemetry::decode(record).ok()?;
-        let orbit = before.orbit.as_ref()?;
-        self.sensor.initialise_mounting(orbit.misalignment_rad, orbit.misalignment_sigma_rad);
-        before.ground_orbit()
+    fn keep(&mut self, report: &Report) {
+        let instant_us = report.instant_us.unwrap_or_default();
+        self.since_kept_s = self.since_kept_s.saturating_add(1);
+        let old = self.since_kept_s >= KEEP_EVERY_S && report.orbit.is_some();
+        let was_safe = self.mode.replace(report.mode).map(|mode| mode == Mode::CommandedSafe);
+        let changed = was_safe.is_some_and(|safe| safe != (report.mode == Mode::CommandedSafe));
+        if (old || changed)
+            && let Ok(frame) = telemetry::encode(report, self.spare)
+            && self.frames.keep(frame, instant_us).is_ok()
+        {
+            self.since_kept_s = 0;
+        }
+        let mut buffer = [0; MAX_TABLE_BYTES];
+        if report.command == Some(CommandOutcome::Done)
+            && let Ok(table) = self.sensor.parameters().encode(&mut buffer)
+            && kept(&mut self.tables, self.spare).is_none_or(|before| before != table)
+        {
+            // What cannot be kept is as before after a restart.
+            let _ = self.tables.keep(table, instant_us);
+        }
     }
 
     /// Temperature of the magnetometer, deg C.
@@ -186,7 +218,6 @@ impl Flight {
     pub fn second(&mut self, buffer: &mut [u8]) -> usize {
         self.watch.second_begins();
         self.receive();
-        let orbit = self.orbit_of_before();
         let Ok(mut detector) = BadPixelDetector::new(&mut self.detector, self.bad_pixels) else { return 0 };
         let mut instruments = Instruments {
             detector: &mut detector,
@@ -196,27 +227,12 @@ impl Flight {
             magnetometer: &mut self.magnetometer,
             shutter: &mut (),
         };
-        // The orbit of before the restart comes before what the ground wants; the link's command waits.
-        let report = match orbit {
-            Some(orbit) => self.sensor.cycle(&mut instruments, Command::Orbit(orbit)),
-            None => {
-                let report = self.sensor.cycle(&mut instruments, self.link.command());
-                self.link.conclude(report.command);
-                report
-            }
-        };
+        let report = self.sensor.cycle(&mut instruments, self.link.command());
+        self.link.conclude(report.command);
         self.link.log(report.cycle, &report.events);
         self.link.check_area(self.sensor.parameters());
         self.local = LocalTime::from_us(report.local_us);
-        self.instant_us = report.instant_us;
-        self.since_kept_s = self.since_kept_s.saturating_add(1);
-        if let (Some(instant_us), Some(_), KEEP_EVERY_S..) =
-            (report.instant_us, report.orbit, self.since_kept_s)
-            && let Ok(record) = telemetry::encode(&report, self.spare)
-            && self.store.keep(record, instant_us).is_ok()
-        {
-            self.since_kept_s = 0;
-        }
+        self.keep(&report);
         self.watch.second_ends();
         telemetry::encode(&report, buffer).map_or(0, <[u8]>::len)
     }

@@ -3,9 +3,9 @@
 
 use crate::c_face::host_library;
 use fsw_core::catalog::Catalogue;
-use fsw_core::command::{Command, CommandLink, CommandOutcome, MAX_REPORT_BYTES, Refusal, Telecommand};
+use fsw_core::command::{CommandLink, MAX_REPORT_BYTES, Refusal, Telecommand};
 use fsw_core::image::calibration::Calibration;
-use fsw_core::sensor::{Sensor, Workspace};
+use fsw_core::sensor::Workspace;
 use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
 use fsw_hal::LocalTime;
 use serde_json::{Value, json};
@@ -123,15 +123,7 @@ fn the_cfs_app_flies_the_recorded_mission_with_the_telemetry_of_rust() {
     }
 }
 
-/// The second of the host that resumes: the orbit and the mounting of a kept frame.
-fn resume(sensor: &mut Sensor, recorded: (&mut Recording, &[u8]), second: usize, kept: &Report) -> Report {
-    let told = kept.orbit.as_ref().expect("an orbit was kept");
-    sensor.initialise_mounting(told.misalignment_rad, told.misalignment_sigma_rad);
-    let orbit = kept.ground_orbit().expect("an orbit with its time");
-    fly_second(sensor, recorded, second, Command::Orbit(orbit)).unwrap()
-}
-
-/// Flies seconds from one on as Rust does, resumed in the second one where a frame was kept.
+/// Flies seconds from one on as Rust does, resumed where a frame was kept.
 fn fly(
     recording: &mut Recording,
     seconds: std::ops::Range<usize>,
@@ -143,6 +135,9 @@ fn fly(
     let catalogue: Catalogue = flight::open(catalog_gen::REFERENCE).unwrap();
     let calibration = Calibration::open(flight::REFERENCE_CALIBRATION).ok();
     let mut sensor = flight::sensor(catalogue, calibration, parameters, &mut workspace).unwrap();
+    if let Some(kept) = kept {
+        assert!(sensor.resume(kept));
+    }
     // Counts of before are those of the packets that were sent until then.
     let before = ground.packets.iter().filter(|(due, _)| (*due as usize) < seconds.start).count();
     let mut link = CommandLink::new(APID, Some(KEY), before as u32);
@@ -151,20 +146,9 @@ fn fly(
         for (_, packet) in ground.packets.iter().filter(|(due, _)| *due as usize == second) {
             let _ = link.receive(packet);
         }
-        let report = match kept {
-            Some(kept) if second == seconds.start + 1 => {
-                let report = resume(&mut sensor, (&mut *recording, &defects), second, kept);
-                assert_eq!(report.command, Some(CommandOutcome::Done));
-                assert!(report.orbit.is_some(), "the orbit goes on");
-                report
-            }
-            _ => {
-                let report =
-                    fly_second(&mut sensor, (&mut *recording, &defects), second, link.command()).unwrap();
-                link.conclude(report.command);
-                report
-            }
-        };
+        let report = fly_second(&mut sensor, (&mut *recording, &defects), second, link.command()).unwrap();
+        link.conclude(report.command);
+        assert!(kept.is_none() || report.orbit.is_some(), "the orbit goes on");
         stream.extend_from_slice(telemetry::encode_next(&report, &mut [0; MAX_FRAME_BYTES]).unwrap());
         let (now, mut buffer) = (LocalTime::from_us(report.local_us), [0; MAX_REPORT_BYTES]);
         while let Some(packet) = link.next_report(now, &sensor.downlink(), &mut buffer) {

@@ -197,13 +197,14 @@ fn the_mounting_of_before_a_restart_is_that_of_the_orbit_after_it_and_an_upset_i
             (report.misalignment_rad, report.misalignment_sigma_rad)
         };
         let as_parameters = sensor.mounting();
-        assert!(sensor.initialise_mounting(turn_rad, sigma_rad));
+        assert!(sensor.orbit.initialise_mounting(turn_rad, sigma_rad));
+        sensor.seal(None);
         assert!(scrubbed(sensor).is_empty());
         let turned = sensor.mounting().angle_from(&as_parameters);
         assert!((turned - Vector3::from(turn_rad)).norm() < 1e-6, "{turned}");
         assert!(sensor.initialise_orbit(state, 2.0, 0.002));
         assert_eq!(told(sensor), (turn_rad, sigma_rad));
-        assert!(scrubbed(sensor).is_empty() && !sensor.initialise_mounting([0.0; 3], sigma_rad));
+        assert!(scrubbed(sensor).is_empty() && !sensor.orbit.initialise_mounting([0.0; 3], sigma_rad));
         // An orbit that the clock has left behind leaves it to the next, one that was damaged does not.
         sensor.lose_orbit();
         sensor.seal(None);

@@ -1,11 +1,11 @@
 //! A warm restart: the telemetry frame that was kept in flash before gives the orbit back.
 
 use super::orbit::orbit_error_km;
-use super::world::{World, fly, quietly};
+use super::world::{World, fly, has, quietly};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use fsw_core::command::CommandOutcome;
+use fsw_core::modes::Mode;
 use fsw_core::sensor::Command;
-use fsw_core::telemetry::{self, MAX_FRAME_BYTES, Report};
+use fsw_core::telemetry::{self, Event, MAX_FRAME_BYTES, Report};
 use fsw_drivers::FlashStore;
 use fsw_hal::StateStore;
 
@@ -99,18 +99,16 @@ fn an_orbit_outlives_a_restart_and_a_loss_of_power_while_it_was_kept() {
     let record = store.kept(&mut buffer, restarted.instant_us, MAX_AGE_US).unwrap().expect("a record");
     let found = telemetry::decode(record).unwrap();
     assert_eq!(&found, kept);
-    let orbit = found.ground_orbit().expect("an orbit");
 
-    let mut first = restarted.second;
-    let before = |second, _: &mut World| if second == 1 { Command::Orbit(orbit) } else { Command::Continue };
-    let reports = fly(&mut restarted, AFTER_S, before, |_, _| {});
-    assert_eq!(reports[1].command, Some(CommandOutcome::Done));
+    let mut second = restarted.second;
+    restarted.kept = Some(found);
+    let reports = quietly(&mut restarted, AFTER_S);
     let truth = world.truth(world.second as usize - 2);
     let (_, sigma_before_km) = orbit_error_km(kept, &truth);
     let mut worst = 0.0f64;
-    for report in &reports[1..] {
-        first += 1;
-        let (error_km, sigma_km) = orbit_error_km(report, &restarted.truth(first as usize));
+    for report in &reports {
+        let (error_km, sigma_km) = orbit_error_km(report, &restarted.truth(second as usize));
+        second += 1;
         worst = worst.max(error_km / sigma_km);
         assert!(error_km < 5.0 * sigma_km, "second {}: {error_km} km of {sigma_km}", report.cycle);
         assert!(sigma_km < 3.0 * sigma_before_km, "second {}: {sigma_km} km", report.cycle);
@@ -120,4 +118,44 @@ fn an_orbit_outlives_a_restart_and_a_loss_of_power_while_it_was_kept() {
     // Without the record the images alone need minutes.
     let alone = quietly(&mut after(&world), AFTER_S);
     assert!(alone.iter().all(|report| report.orbit.is_none()));
+}
+
+#[test]
+fn safe_that_was_commanded_outlives_a_restart_with_the_orbit_and_ends_by_a_command() {
+    let mut world = World::clip_with_orbit("leo-oblique");
+    let at = |wanted, command: Command<'static>| {
+        move |second, _: &mut World| if second == wanted { command } else { Command::Continue }
+    };
+    let reports = fly(&mut world, BEFORE_S, at(BEFORE_S - 5, Command::Safe), |_, _| {});
+    let kept = reports.last().unwrap();
+    assert_eq!(kept.mode, Mode::CommandedSafe);
+
+    let mut restarted = after(&world);
+    restarted.kept = Some(kept.clone());
+    let reports = fly(&mut restarted, AFTER_S, at(AFTER_S - 10, Command::Reacquire), |_, _| {});
+    let (safe, on) = reports.split_at(AFTER_S as usize - 10);
+    assert!(safe.iter().all(|report| report.mode == Mode::CommandedSafe && report.attitude.is_none()));
+    assert!(safe.iter().all(|report| report.orbit.is_some()), "the orbit is propagated");
+    assert_eq!(on.last().unwrap().mode, Mode::Tracking);
+}
+
+#[test]
+fn an_orbit_of_before_is_told_when_the_time_is_known_and_forgotten_when_it_is_too_old() {
+    let mut world = World::clip_with_orbit("leo-oblique");
+    let kept = quietly(&mut world, BEFORE_S).pop().unwrap();
+    for (down_s, goes_on) in [(3600, true), (7300, false), (-3600, false)] {
+        let mut restarted = after(&world);
+        restarted.kept = Some(kept.clone());
+        restarted.instant_us = kept.instant_us.unwrap() + down_s * 1_000_000;
+        // The sky is of no matter here.
+        restarted.covered = true;
+        let unknown = |second, world: &mut World| {
+            world.clock_serves = second >= 5;
+            Command::Continue
+        };
+        let reports = fly(&mut restarted, 20, unknown, |_, _| {});
+        assert!(reports[..5].iter().all(|report| report.orbit.is_none() && report.instant_us.is_none()));
+        let forgotten = reports.iter().filter(|report| has(report, Event::OrbitForgotten)).count();
+        assert_eq!((reports[19].orbit.is_some(), forgotten), (goes_on, usize::from(!goes_on)), "{down_s} s");
+    }
 }

@@ -57,6 +57,10 @@ pub(super) struct World {
     pub exposed_ago_us: i64,
     /// Whether the ground tells the orbit at the start.
     ground_start: bool,
+    /// What was kept of before a restart.
+    pub kept: Option<Report>,
+    /// Whether the clock knows Terrestrial Time.
+    pub clock_serves: bool,
 }
 
 fn open(calibration: &Option<StarCalibration>) -> Option<Calibration<'_>> {
@@ -85,6 +89,8 @@ impl World {
             geometry: None,
             exposed_ago_us: 0,
             ground_start: false,
+            kept: None,
+            clock_serves: true,
         }
     }
 
@@ -208,11 +214,15 @@ pub(super) fn fly(
         let (position_sigma_km, velocity_sigma_km_s) = GROUND_SIGMA;
         assert!(sensor.initialise_orbit(world.ground_state(), position_sigma_km, velocity_sigma_km_s));
     }
+    if let Some(kept) = &world.kept {
+        assert!(sensor.resume(kept));
+    }
     (0..seconds)
         .map(|second| {
             world.searched = false;
             let command = before(second, world);
             let mut clock = Instant::new(world.local(), world.instant_us);
+            clock.terrestrial_us = clock.terrestrial_us.filter(|_| world.clock_serves);
             let report = flight::second(&mut sensor, world, &mut clock, command);
             after(&report, world);
             world.second += 1;
