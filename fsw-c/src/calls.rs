@@ -302,7 +302,7 @@ unsafe fn cycle(
 ///
 /// # Safety
 /// As [`sextant_cycle`].
-pub(crate) unsafe fn whole(instruments: *const Instruments) -> Result<Instruments, Status> {
+unsafe fn whole(instruments: *const Instruments) -> Result<Instruments, Status> {
     check(instruments)?;
     // SAFETY: not null and aligned; the rest is the caller's promise.
     let instruments = unsafe { instruments.read() };

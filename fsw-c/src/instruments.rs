@@ -4,9 +4,7 @@
 //! stage meter that the flight code calls. What a callback answers is a [`Reply`]; any other number counts as
 //! a failed link.
 
-use crate::status::Status;
 use core::ffi::c_void;
-use fsw_core::image::defects::Defects;
 use fsw_hal::{
     AngularRate, ClockError, DetectorError, DetectorGeometry, LocalTime, MagneticField, OpenPaths,
     ReadingError, ShutterError, Stage, StageMeter, Window as HalWindow,
@@ -219,12 +217,6 @@ impl Instruments {
             && detector.read.is_some()
             && clock.local_time.is_some()
             && clock.terrestrial_time.is_some()
-    }
-
-    /// Refuses a detector of another size than that of the bad pixels.
-    pub(crate) fn check_size(&self, bad_pixels: Option<Defects>) -> Result<(), Status> {
-        let other = bad_pixels.is_some_and(|defects| defects.size_px() != self.detector.size_px());
-        if other { Err(Status::Instruments) } else { Ok(()) }
     }
 
     /// The instruments behind the traits of `fsw-hal`. One without its callback answers as a failed link;

@@ -100,15 +100,14 @@ fn an_orbit_outlives_a_restart_and_a_loss_of_power_while_it_was_kept() {
     let found = telemetry::decode(record).unwrap();
     assert_eq!(&found, kept);
 
-    let mut second = restarted.second;
+    let began = restarted.second as usize;
     restarted.kept = Some(found);
     let reports = quietly(&mut restarted, AFTER_S);
     let truth = world.truth(world.second as usize - 2);
     let (_, sigma_before_km) = orbit_error_km(kept, &truth);
     let mut worst = 0.0f64;
-    for report in &reports {
-        let (error_km, sigma_km) = orbit_error_km(report, &restarted.truth(second as usize));
-        second += 1;
+    for (second, report) in (began..).zip(&reports) {
+        let (error_km, sigma_km) = orbit_error_km(report, &restarted.truth(second));
         worst = worst.max(error_km / sigma_km);
         assert!(error_km < 5.0 * sigma_km, "second {}: {error_km} km of {sigma_km}", report.cycle);
         assert!(sigma_km < 3.0 * sigma_before_km, "second {}: {sigma_km} km", report.cycle);
