@@ -118,7 +118,7 @@ parameter_group! {
              `usable_deg`";
         /// Longest time of acquisition without an attitude.
         acquisition_timeout_s: u16 = 300, 5..=10_000, "s",
-            "nine whole searches of 33 s: 1,488 sides of 16,000 to 29,000 pairs at `pairs_per_cycle`";
+            "eleven whole searches of 28 s: 1,488 sides of 16,000 to 29,000 pairs at `pairs_per_cycle`";
         /// Longest Sun outage.
         outage_timeout_s: u16 = 7200, 10..=60_000, "s",
             "the longest outage in GEO, 75 min, and half as much again";

@@ -25,9 +25,9 @@ use table::{Row, parameter_group};
 pub use fsw_ground::table;
 
 /// Version of the table: it moves with its layout, and with the name, default or range of any parameter.
-pub const VERSION: u8 = 25;
+pub const VERSION: u8 = 26;
 /// Checksum of all parameters of this version: names, types, defaults, ranges, in their order.
-pub const CHECKSUM: u32 = 0x5166_E840;
+pub const CHECKSUM: u32 = 0x6477_E38E;
 /// A buffer of this length holds any table.
 pub const MAX_TABLE_BYTES: usize = 512;
 /// The ellipsoid of another body than the Earth is within this share of its radius.

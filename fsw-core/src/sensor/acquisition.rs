@@ -21,7 +21,7 @@ use crate::telemetry::{DetectorFault, Outcome};
 use fsw_hal::{Detector, DetectorError, LocalTime, Stage, StageMeter};
 
 /// In the second of the scan identification has this part of its allowance.
-const SCANNING_SHARE: u32 = 10;
+const SCANNING_SHARE: u32 = 12;
 /// For so long the first image is searched, and how often they may double: after a burst of noise the last
 /// noisy image is searched for 16 s at most.
 const FIRST_PATIENCE_US: i64 = 2 * SECOND_US;

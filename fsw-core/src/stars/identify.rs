@@ -45,8 +45,8 @@ pub const EARLY_CORNERS: u8 = 3;
 const BASE_PAIR_PAIRS: usize = 7;
 /// A triangle tested because a pair shares a star with a base side: 240 cycles, few of them more.
 const TRIANGLE_PAIRS: usize = 6;
-/// A confirmation: 0.21 million cycles with the reference catalogue.
-const CONFIRMATION_PAIRS: usize = 4500;
+/// A confirmation: 0.33 million cycles with the reference catalogue.
+const CONFIRMATION_PAIRS: usize = 7000;
 /// Size of that catalogue: the confirmation reads every star. Each further star counts as one pair, more
 /// than it costs.
 const CONFIRMATION_STARS: usize = 3328;

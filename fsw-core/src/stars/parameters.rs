@@ -23,8 +23,8 @@ parameter_group! {
         log10_false_limit: f32 = -9.0, -30.0..=-2.0, "", "one wrong sky in thirty years of an image a second";
         /// Catalogue pairs that may be looked at in one second, triangles and confirmations counted in
         /// proportion.
-        pairs_per_cycle: u32 = 1_000_000, 10_000..=4_000_000, "",
-            "51 cycles a pair on the target: 51 M cycles";
+        pairs_per_cycle: u32 = 1_200_000, 10_000..=4_000_000, "",
+            "46 cycles a pair on the target: 56 M cycles";
     }
 }
 

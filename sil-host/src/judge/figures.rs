@@ -150,7 +150,7 @@ pub struct Figures {
     pub state_share: Option<f64>,
     /// Longest time from a change of the geometry to the mode that it asks for.
     pub mode_latest_s: Option<u32>,
-    /// Most changes of the mode within ten seconds.
+    /// Most changes of the mode within ten seconds, but those by command and the self-test's end.
     pub mode_changes_10_s: Option<u32>,
     /// Share of the seconds with attitude and orbit in which the next change of state is foreseen.
     pub next_state_share: Option<f64>,

@@ -138,9 +138,11 @@ impl Judge {
         }
     }
 
-    /// A change by command is none of the sensor's own, and those after it are counted anew.
+    /// A change by command is none of the sensor's own, nor is the end of the self-test that it asked for; those
+    /// after it are counted anew.
     fn add_change(&mut self, second: &Judged) {
-        let changed = self.mode.replace(second.mode).is_some_and(|before| before != second.mode);
+        let before = self.mode.replace(second.mode).filter(|before| *before != Mode::SelfTest);
+        let changed = before.is_some_and(|before| before != second.mode);
         if second.commanded {
             self.changed.clear();
         } else if changed {

@@ -30,7 +30,7 @@ const HEIGHT_PX: usize = 1024;
 const SEARCH_PX: usize = 16;
 const SKY_PX: usize = 4 * SEARCH_PX;
 /// Catalogue pairs of a second: `identification.pairs_per_cycle`.
-const PAIRS: usize = 1_000_000;
+const PAIRS: usize = 1_200_000;
 /// An acceleration at each of the four places of a step.
 const PLACES: usize = 4;
 

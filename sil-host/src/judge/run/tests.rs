@@ -121,11 +121,12 @@ fn changes_of_the_mode_are_counted_within_ten_seconds() {
 #[test]
 fn a_change_of_the_mode_by_command_is_not_the_sensors() {
     let mut judge = Judge::new(60, 8.0);
-    // Two changes of its own in seconds 20 and 21; restarted in second 23, and two more.
+    // Two changes of its own in seconds 20 and 21; restarted in second 23, then out of the self-test, and two
+    // more: the first attitude, and one into a self-test without a command.
     for cycle in 0..60 {
         let mode = match cycle {
             20 | 24 => Mode::Acquisition,
-            23 => Mode::SelfTest,
+            23 | 28 => Mode::SelfTest,
             _ => Mode::Tracking,
         };
         judge.add(&Judged { mode, commanded: cycle == 23, ..second(cycle, 1.0, true) });
