@@ -136,18 +136,10 @@ impl OrbitFilter {
         taken
     }
 
-    /// As [`Self::initialise`], with a state of before a restart: the orbit is told once [`Self::approach`] has
-    /// brought it to the present.
-    pub fn resume(
-        &mut self,
-        state: OrbitState,
-        position_sigma_km: f64,
-        velocity_sigma_km_s: f64,
-        parameters: &OrbitParameters,
-    ) -> bool {
-        let taken = self.initialise(state, position_sigma_km, velocity_sigma_km_s, parameters);
-        self.behind |= taken;
-        taken
+    /// The orbit is of the past, as after a restart: it is told once [`Self::approach`] has brought it to the
+    /// present.
+    pub fn hold_back(&mut self) {
+        self.behind = self.known;
     }
 
     /// Takes how the Earth path is turned against the mounting of the parameters, and its sigmas, rad, as they

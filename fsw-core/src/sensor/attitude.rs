@@ -59,17 +59,16 @@ impl Sensor<'_> {
                 return false;
             }
         }
+        (self.former, self.likeliest) = (Some(attitude), None);
         if self.is_unexpected(&solved) {
             stars.image_fault = Some(ImageFault::Unexpected);
             stars.solution = None;
-            (self.former, self.likeliest) = (Some(attitude), None);
             return false;
         }
         if self.turning.is_of_lines() {
             widen(&mut sigma_rad, self.turning.middle_sigma_rad(self.exposure_s()).into());
         }
         widen(&mut sigma_rad, self.change_sigma_rad());
-        (self.former, self.likeliest) = (Some(attitude), None);
         self.motion.trust_again(&attitude, &sigma_rad, image);
         let change = self.turn_change;
         let updated = self.motion.as_mut().map(|motion| {

@@ -29,9 +29,11 @@ impl Sensor<'_> {
         });
         let flies = before.ground_orbit().is_some_and(|orbit| {
             let GroundOrbit { state, position_sigma_km, velocity_sigma_km_s } = orbit;
-            self.fixed_us = state.time_us;
-            self.orbit.resume(state, position_sigma_km, velocity_sigma_km_s, &self.parameters.orbit)
+            self.initialise_orbit(state, position_sigma_km, velocity_sigma_km_s)
         });
+        if flies {
+            self.orbit.hold_back();
+        }
         self.seal(None);
         safe || mounted || flies
     }

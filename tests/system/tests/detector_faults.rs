@@ -37,6 +37,11 @@ fn fly(scenario: &Scenario) -> Vec<Flown> {
     flown
 }
 
+/// The largest error of an attitude over its sigma.
+fn worst_sigmas(flown: &[Flown]) -> f64 {
+    flown.iter().filter_map(|second| second.attitude_sigmas).fold(0.0, f64::max)
+}
+
 #[test]
 fn every_fault_is_reported_or_borne_and_the_sensor_recovers() {
     let scenario = Scenario::load(Path::new("geo-faults")).unwrap();
@@ -79,7 +84,7 @@ fn every_fault_is_reported_or_borne_and_the_sensor_recovers() {
             _ => {}
         }
     }
-    let worst = flown.iter().filter_map(|second| second.attitude_sigmas).fold(0.0, f64::max);
+    let worst = worst_sigmas(&flown);
     println!("largest attitude error: {worst:.2} sigma");
     // Of 6,000 axes one lies beyond 4.5 sigma in 25 runs of an honest sensor.
     assert!(worst < 4.5, "{worst}");
@@ -108,7 +113,7 @@ fn an_old_image_that_is_disturbed_on_its_way_is_no_attitude() {
             scenario.faults =
                 faults.map(|(kind, [from_s, until_s])| Fault { kind, from_s, until_s }).to_vec();
             let flown = fly(&scenario);
-            let worst = flown.iter().filter_map(|second| second.attitude_sigmas).fold(0.0, f64::max);
+            let worst = worst_sigmas(&flown);
             let refused = flown.iter().filter(|second| second.image_fault.is_some()).count();
             let again = flown[60..].iter().position(|second| second.attitude_sigmas.is_some());
             println!(
@@ -125,7 +130,7 @@ fn an_old_image_of_which_other_probes_break_off_than_of_the_one_before_is_no_att
     // 60 % of the readouts break off, and half of the images are the last one again. Before such images were
     // suspected one gave an attitude 27 sigma off.
     let flown = fly(&member("any.toml", "any-faults-at-once.toml", 7701, 29));
-    let worst = flown.iter().filter_map(|second| second.attitude_sigmas).fold(0.0, f64::max);
+    let worst = worst_sigmas(&flown);
     println!("{worst:.1} sigma at worst");
     assert!(worst > 0.0 && worst < 6.0);
 }
@@ -135,7 +140,7 @@ fn an_old_image_that_was_never_seen_before_is_no_attitude_after_a_gap() {
     // The first image after a blinded detector is of the second before. Before the next image decided, its attitude
     // was told: 40 sigma.
     let flown = fly(&member("any.toml", "any-faults-at-once.toml", 7702, 60));
-    let worst = flown.iter().filter_map(|second| second.attitude_sigmas).fold(0.0, f64::max);
+    let worst = worst_sigmas(&flown);
     let unexpected = flown.iter().filter(|second| second.image_fault == Some(ImageFault::Unexpected)).count();
     println!("{worst:.1} sigma at worst; {unexpected} images not expected");
     assert!(worst > 0.0 && worst < 6.0 && unexpected > 0);
@@ -153,7 +158,7 @@ fn an_attitude_lost_in_noise_above_an_earth_at_twilight_is_known_again_once_the_
         let flown = fly(&scenario);
         let told = |seconds: &[Flown]| seconds.iter().filter(|of| of.attitude_sigmas.is_some()).count();
         let recovered = flown[until_s as usize..].iter().position(|of| of.attitude_sigmas.is_some());
-        let worst = flown.iter().filter_map(|second| second.attitude_sigmas).fold(0.0, f64::max);
+        let worst = worst_sigmas(&flown);
         println!("flight {run}: again after {recovered:?} s; {worst:.1} sigma at worst");
         assert!(told(&flown[from_s as usize..until_s as usize]) < 5, "the noise loses the stars");
         assert!(recovered.is_some_and(|after| after < RECOVERY_S as usize) && worst < 5.0);

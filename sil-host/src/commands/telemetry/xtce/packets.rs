@@ -129,7 +129,8 @@ const REPORTS: [(&str, u8, u8, Says, &str); 7] = [
     ("SpotsPart", 130, 4, Says::Part(&SPOTS), "Some of the spots that were found last."),
 ];
 
-/// Of the length of a telecommand with a part of a table what is not its bytes: secondary header, version of the list, area, offset, checksum.
+/// Of the length of a telecommand with a part of a table what is not its bytes: secondary header, version of
+/// the list, area, offset, checksum.
 const UP_BYTES_LESS: i32 = 5 + 1 + 1 + 4 + 2 - 1;
 
 fn all_parts() -> impl Iterator<Item = &'static Part> {
