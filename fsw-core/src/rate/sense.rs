@@ -164,7 +164,8 @@ impl RateHistory {
         // moves from image to image with the same rate.
         self.agreed = 2 * agreeing > arcs.len();
         let more = if agreeing + 1 >= arcs.len() { 0 } else { MORE_OF_MANY };
-        let alone = equations >= FEWEST_EQUATIONS + more && !(known && compared.consistent == Some(false));
+        let enough = equations >= FEWEST_EQUATIONS + more && is_of_best(arcs, &rate);
+        let alone = enough && !(known && compared.consistent == Some(false));
         let known = known && compared.is_consistent();
         let repeated = known || compared.repeats && equations >= FEWEST_REPEATED + more;
         let agreed = self.agreed && (alone || repeated);
@@ -176,6 +177,14 @@ impl RateHistory {
             whole: whole as u32,
         })
     }
+}
+
+/// Whether the whole arc whose length is known best is among those that agree with a rate. Faint ones are
+/// measured too long together where the noise goes on at their ends: five outvoted two bright ones.
+fn is_of_best(arcs: &[Arc], rate: &RateFit) -> bool {
+    let whole = arcs.iter().enumerate().filter(|(_, arc)| arc.whole);
+    let best = whole.min_by(|(_, one), (_, other)| one.sigma_rad[0].total_cmp(&other.sigma_rad[0]));
+    best.is_none_or(|(index, _)| (rate.arcs >> index) & 1 == 1)
 }
 
 /// Whole and cut arcs that agree with a rate.
