@@ -65,16 +65,17 @@ fn ramp(z: f32) -> f32 {
 
 /// `(Σ l m)² / Σ m²` of a shape over the columns about both ends of `part` and those between, and the light.
 #[inline(never)]
-fn merit(profile: &Profile, part: &Part, inner: (f32, f32), [start, end, blur]: Shape) -> (f32, f32) {
+fn merit(profile: &Profile, part: &Part, (light, count): (f32, f32), [start, end, blur]: Shape) -> (f32, f32) {
     let per = 1.0 / blur;
-    let (count, light) = inner;
     let (mut both, mut square) = (light, count);
     let most = profile.most(part.light);
     for column in edges(profile, part) {
         let at = column as f32;
         let m = ramp((at - start) * per) * ramp((end - at) * per);
-        both += m * profile.at(column, most);
-        square += m * m;
+        if let Some(light) = profile.at(column, most) {
+            both += m * light;
+            square += m * m;
+        }
     }
     if both <= 0.0 || square <= 0.0 {
         return (0.0, 0.0);
@@ -99,8 +100,7 @@ fn between(part: &Part) -> (usize, usize) {
 fn fit(profile: &Profile, part: &Part) -> (Shape, f32) {
     let most = profile.most(part.light);
     let (from, to) = between(part);
-    let inner =
-        (to.saturating_sub(from) as f32, (from..to).fold(0.0, |sum, column| sum + profile.at(column, most)));
+    let inner = profile.sum(from, to, most);
     let mut shape = [part.start as f32 - 0.5, part.end as f32 - 0.5, 1.1];
     let mut best = merit(profile, part, inner, shape);
     let mut step = 1.0f32;

@@ -302,16 +302,12 @@ impl Profile<'_> {
         self.light.get(column).is_some_and(|kept| *kept != NONE)
     }
 
-    /// Light of a column, at most `most`; none off the detector.
-    pub(super) fn at(&self, column: usize, most: f32) -> f32 {
-        self.light.get(column).filter(|kept| **kept != NONE).map_or(0.0, |kept| {
-            // `f32::min` is a call on the target.
-            let light = value(*kept);
-            if light < most { light } else { most }
-        })
+    /// Light of a column; `None` off the detector, and where it is more than `most`.
+    pub(super) fn at(&self, column: usize, most: f32) -> Option<f32> {
+        self.light.get(column).filter(|kept| **kept != NONE).map(|kept| value(*kept)).filter(|light| *light < most)
     }
 
-    /// The light that may still be the streak's: hits beside others must not carry it away.
+    /// The light that may still be the streak's: more is a hit's, and says nothing of the streak.
     pub(super) fn most(&self, light: f32) -> f32 {
         2.0 * light + 3.0 * self.noise()
     }
@@ -323,13 +319,14 @@ impl Profile<'_> {
         let mut width = 6;
         while width <= self.light.len() {
             let per = 1.0 / width as f32;
-            let mut sum = (0..width).fold(0.0, |sum, column| sum + self.at(column, f32::MAX));
+            let light = |column| self.at(column, f32::MAX).unwrap_or(0.0);
+            let mut sum = (0..width).fold(0.0, |sum, column| sum + light(column));
             for start in 0..=self.light.len() - width {
                 let merit = sum * libm::sqrtf(per);
                 if best.is_none_or(|(most, _)| merit > most) {
                     best = Some((merit, Part { start, end: start + width, light: sum * per }));
                 }
-                sum += self.at(start + width, f32::MAX) - self.at(start, f32::MAX);
+                sum += light(start + width) - light(start);
             }
             width *= 2;
         }
@@ -349,14 +346,20 @@ impl Profile<'_> {
             if !self.is_seen(column) {
                 continue;
             }
-            sum += self.at(column, most) - 0.5 * light;
+            sum += self.at(column, most).map_or(0.0, |at| at - 0.5 * light);
             if best.is_none_or(|(greatest, ..)| sum > greatest) {
                 best = Some((sum, start, column + 1));
             }
         }
         let (_, start, end) = best?;
-        let sum = (start..end).fold(0.0, |sum, column| sum + self.at(column, most));
-        (end > start).then(|| Part { start, end, light: sum / (end - start) as f32 })
+        let (sum, count) = self.sum(start, end, most);
+        (count > 0.0).then(|| Part { start, end, light: sum / count })
+    }
+
+    /// Light of the columns from `start` up to `end` where it is less than `most`, and their number.
+    pub(super) fn sum(&self, start: usize, end: usize, most: f32) -> (f32, f32) {
+        let lights = (start..end).filter_map(|column| self.at(column, most));
+        lights.fold((0.0, 0.0), |(sum, count), light| (sum + light, count + 1.0))
     }
 
     /// The streak's part of the profile.
@@ -376,7 +379,7 @@ impl Profile<'_> {
         let middle = 0.5 * (part.start + part.end - 1) as f32;
         let (mut count, mut sum, mut moment, mut square) = (0.0, 0.0, 0.0, 0.0);
         for column in part.start..part.end {
-            if self.at(column, f32::MAX) > most {
+            if self.at(column, most).is_none() {
                 continue;
             }
             let from_middle = column as f32 - middle;
