@@ -1,6 +1,6 @@
 //! Rate by streaks, and the resolution of its sense.
 //!
-//! In: the arcs and marks of an image's streaks, the seconds since the last image, and its [`RateHistory`].
+//! In: the arcs of an image's streaks, the seconds since the last image, and its [`RateHistory`].
 //! Out: a [`StreakRate`] or `None`. The ends of streaks and the exposure give the rate except for its sense
 //! ([`arcs::solve`]). Each of the two senses predicts where the streaks of the last image are now; the odds
 //! of the two follow from what each finds and from what it would find by chance. A star found in both images
@@ -14,6 +14,7 @@
 
 use super::arcs::{self, Arc, MAX_ARCS, RateFit, are_consistent, corrected, enlarged, fused, inflated};
 use super::marks::{DetectorScale, FASTEST_RAD_S, MAX_MARKS, Mark, match_at_rate, match_by_separation};
+use super::streaks::mark_of;
 use crate::attitude::filter::free_body_change;
 use heapless::Vec;
 use nalgebra::{Matrix3, Vector3};
@@ -129,19 +130,24 @@ impl RateHistory {
         Some(((rate.rad_s, inflated(rate.covariance, off)), rate.count()))
     }
 
-    /// Update by the streaks of an image, `elapsed_s` after the last one (`None` if not comparable).
+    /// Update by the arcs of an image's streaks, the middle of each exposed `late_s` after that of the frame,
+    /// `elapsed_s` after the last image (`None` if not comparable).
     #[inline(never)]
     pub fn update_from_streaks(
         &mut self,
-        arcs: &[Arc],
-        marks: Vec<Mark, MAX_MARKS>,
+        (arcs, late_s): (&[Arc], &[f32]),
         elapsed_s: Option<f32>,
         field: DetectorScale,
     ) -> Option<StreakRate> {
         let rate = arcs::solve(arcs).filter(|rate| rate.rad_s.norm() < FASTEST_RAD_S);
-        let before = core::mem::replace(self, Self::of_marks(marks));
+        let (whole, cut) = rate.as_ref().map_or((0, 0), |rate| count(arcs, rate));
+        // More arcs must agree than do not: of many lines some agree by chance, those of an Earth that hardly
+        // moves from image to image with the same rate.
+        let agreed = 2 * (whole + cut) > arcs.len();
+        let bits = rate.as_ref().filter(|_| agreed).map_or(u32::MAX, |rate| rate.arcs);
+        let before = core::mem::replace(self, Self::of_marks(marks_of((arcs, late_s), bits)));
+        self.agreed = agreed;
         let rate = rate?;
-        let (whole, cut) = count(arcs, &rate);
         let compared = RateComparison::new(&before, arcs, &rate, elapsed_s)?;
         let hypotheses = Hypotheses::new(&compared, arcs, (&before.marks, &self.marks), field);
         let decision = hypotheses.decide(&compared, &before)?;
@@ -160,9 +166,6 @@ impl RateHistory {
         // itself.
         let known = before.sense >= SENSE_KNOWN;
         let (agreeing, equations) = (whole + cut, 2 * whole + cut);
-        // More arcs must agree than do not: of many lines some agree by chance, those of an Earth that hardly
-        // moves from image to image with the same rate.
-        self.agreed = 2 * agreeing > arcs.len();
         let more = if agreeing + 1 >= arcs.len() { 0 } else { MORE_OF_MANY };
         let enough = equations >= FEWEST_EQUATIONS + more && is_of_best(arcs, &rate);
         let alone = enough && !(known && compared.consistent == Some(false));
@@ -177,6 +180,19 @@ impl RateHistory {
             whole: whole as u32,
         })
     }
+}
+
+/// Marks of the whole arcs whose bits are set. One that contradicts its image's rate is no star's, or its middle
+/// is not the star's: found again by chance it turned the rate about the line of sight by 19 sigma.
+#[inline(never)]
+fn marks_of((arcs, late_s): (&[Arc], &[f32]), bits: u32) -> Vec<Mark, MAX_MARKS> {
+    let mut marks = Vec::new();
+    for (index, (arc, late_s)) in arcs.iter().zip(late_s).enumerate() {
+        if arc.whole && (bits >> index) & 1 == 1 && let Some(mark) = mark_of(arc, *late_s) {
+            let _ = marks.push(mark);
+        }
+    }
+    marks
 }
 
 /// Whether the whole arc whose length is known best is among those that agree with a rate. Faint ones are

@@ -1,8 +1,8 @@
 //! Arc and mark of a streak in an image.
 //!
 //! In: a streak, px, with its standard deviations along and across, and the times of its rows. Out: its
-//! [`Arc`], of which the rate is solved, and its [`Mark`], which the next image may show again; `None` where
-//! the camera sees no direction there.
+//! [`Arc`], of which the rate is solved, and of that its [`Mark`], which the next image may show again; `None`
+//! where the camera sees no direction there.
 
 use super::arcs::Arc;
 use super::marks::Mark;
@@ -40,15 +40,15 @@ pub fn arc_of(
     })
 }
 
-/// The mark of a whole streak, whose middle was exposed `late_s` after the middle of the frame.
+/// The mark of a whole streak's arc, whose middle was exposed `late_s` after the middle of the frame.
 #[inline(never)]
-pub fn mark_of(camera: &Camera, streak: &Streak, late_s: f32) -> Option<Mark> {
-    let [first, second] = ends_of(camera, streak)?;
-    let per = core::f32::consts::FRAC_1_SQRT_2 * camera.rad_per_px();
+pub fn mark_of(arc: &Arc, late_s: f32) -> Option<Mark> {
+    let [first, second] = arc.ends;
     Some(Mark {
         // Not the middle of the pixels: equal times are equal angles.
         direction: (first + second).try_normalize(1e-3)?,
-        sigma_rad: [streak.sigma_along_px * per, streak.sigma_across_px * per],
+        // The displacement of one end against the other is twice as uncertain as their mean.
+        sigma_rad: arc.sigma_rad.map(|sigma| 0.5 * sigma),
         late_s,
     })
 }
@@ -103,7 +103,7 @@ mod tests {
                     let middle = middle_of(&camera, &streak, &rate).unwrap();
                     assert!((middle - star).norm() < 3e-6, "{at_px:?}, {rate}");
                 }
-                let chord = mark_of(&camera, &streak, 0.0).unwrap();
+                let chord = mark_of(&arc_of(&camera, &streak, 0.4, 0.0, 0.0).unwrap(), 0.0).unwrap();
                 chords = chords.max((chord.direction - star).norm());
             }
         }

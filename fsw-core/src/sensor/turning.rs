@@ -21,7 +21,7 @@ use crate::order::fill;
 use crate::rate::arcs::{Arc, MAX_ARCS};
 use crate::rate::marks::{DetectorScale, MAX_MARKS, Mark};
 use crate::rate::sense::{Estimate, RateHistory};
-use crate::rate::streaks::{arc_of, mark_of};
+use crate::rate::streaks::arc_of;
 use crate::stars::identify::NotIdentified;
 use crate::stars::{MeasuredStar, row_delay_s};
 use crate::telemetry::{Activity, Outcome, RateReport, RateSource};
@@ -348,19 +348,16 @@ impl Sensor<'_> {
         let exposure_s = self.exposure_s();
         let longest_px = streaks.iter().fold(0.0f32, |longest, streak| longest.max(streak.length_px()));
         let mut arcs: Vec<Arc, MAX_ARCS> = Vec::new();
-        let mut marks: Vec<Mark, MAX_MARKS> = Vec::new();
+        let mut late_s: Vec<f32, MAX_ARCS> = Vec::new();
         for streak in streaks {
             if let Some(arc) = arc_of(&self.camera, streak, exposure_s, row_time_s, longest_px) {
                 let _ = arcs.push(arc);
-            }
-            let late_s = row_delay_s(&self.camera, streak.middle_px(), row_time_s);
-            if let Some(mark) = mark_of(&self.camera, streak, late_s).filter(|_| !streak.cut) {
-                let _ = marks.push(mark);
+                let _ = late_s.push(row_delay_s(&self.camera, streak.middle_px(), row_time_s));
             }
         }
         let (elapsed_s, field) = (self.turning.elapsed_s(self.now), self.rate_field());
         self.turning.taken = self.now;
-        let found = self.turning.history.update_from_streaks(&arcs, marks, elapsed_s, field)?;
+        let found = self.turning.history.update_from_streaks((&arcs, &late_s), elapsed_s, field)?;
         let source = if found.from_both { RateSource::Both } else { RateSource::Streaks };
         rate_report(found.estimate, source, found.either_sense, found.whole)
     }

@@ -6,8 +6,8 @@ const EXPOSURE_S: f64 = 0.4;
 /// Standard deviations of a streak from end to end, along and across, rad.
 const SIGMA_RAD: [f32; 2] = [7e-4, 2e-4];
 
-/// A streak's arc and mark, its ends off by their sigmas.
-fn streak(ends: [[f64; 3]; 2], chance: &mut Chance) -> (Arc, Mark) {
+/// A streak's arc, its ends off by their sigmas.
+fn streak(ends: [[f64; 3]; 2], chance: &mut Chance) -> Arc {
     let [a, c] = ends.map(|end| Vector3::from(end.map(|part| part as f32)));
     let along = (c - a).normalize();
     let across = (a + c).cross(&along).normalize();
@@ -17,24 +17,17 @@ fn streak(ends: [[f64; 3]; 2], chance: &mut Chance) -> (Arc, Mark) {
         (end + along * x + across * y).normalize()
     };
     let ends = [off(a), off(c)];
-    let arc =
-        Arc { ends, sigma_rad: SIGMA_RAD, duration_s: [EXPOSURE_S as f32; 2], directed: false, whole: true };
-    let direction = (ends[0] + ends[1]).normalize();
-    let sigma_rad = [along_rad, across_rad].map(|sigma| sigma * core::f32::consts::FRAC_1_SQRT_2);
-    (arc, Mark { direction, sigma_rad, late_s: 0.0 })
+    Arc { ends, sigma_rad: SIGMA_RAD, duration_s: [EXPOSURE_S as f32; 2], directed: false, whole: true }
 }
 
 /// What the history tells of an image of streaks, a second after the one before.
 fn told(
     history: &mut RateHistory,
-    streaks: impl Iterator<Item = (Arc, Mark)>,
+    streaks: impl Iterator<Item = Arc>,
     is_first: bool,
 ) -> Option<StreakRate> {
-    let (mut arcs, mut marks) = (Vec::<Arc, MAX_ARCS>::new(), Vec::new());
-    for (arc, mark) in streaks {
-        let _ = (arcs.push(arc), marks.push(mark));
-    }
-    history.update_from_streaks(&arcs, marks, (!is_first).then_some(1.0), FIELD)
+    let arcs: std::vec::Vec<_> = streaks.collect();
+    history.update_from_streaks((&arcs, &[0.0; MAX_ARCS]), (!is_first).then_some(1.0), FIELD)
 }
 
 /// The largest error of a rate over its sigma, of any axis; of either sense the nearer.
@@ -131,7 +124,7 @@ fn lines_of_any_direction_and_length_give_hardly_ever_a_rate() {
 /// have it and the others any.
 fn repeats(before: usize, chance: &mut Chance) -> bool {
     let rate = chance.rate(12.0);
-    let mut image = |having: usize, all: usize| -> std::vec::Vec<(Arc, Mark)> {
+    let mut image = |having: usize, all: usize| -> std::vec::Vec<Arc> {
         let of = |number: usize, chance: &mut Chance| {
             let (star, half) = (chance.star(), 0.5 * EXPOSURE_S);
             let rate = if number < having { rate } else { chance.rate(12.0) };
