@@ -188,7 +188,10 @@ impl RateHistory {
 fn marks_of((arcs, late_s): (&[Arc], &[f32]), bits: u32) -> Vec<Mark, MAX_MARKS> {
     let mut marks = Vec::new();
     for (index, (arc, late_s)) in arcs.iter().zip(late_s).enumerate() {
-        if arc.whole && (bits >> index) & 1 == 1 && let Some(mark) = mark_of(arc, *late_s) {
+        if arc.whole
+            && (bits >> index) & 1 == 1
+            && let Some(mark) = mark_of(arc, *late_s)
+        {
             let _ = marks.push(mark);
         }
     }

@@ -65,7 +65,12 @@ fn ramp(z: f32) -> f32 {
 
 /// `(Σ l m)² / Σ m²` of a shape over the columns about both ends of `part` and those between, and the light.
 #[inline(never)]
-fn merit(profile: &Profile, part: &Part, (light, count): (f32, f32), [start, end, blur]: Shape) -> (f32, f32) {
+fn merit(
+    profile: &Profile,
+    part: &Part,
+    (light, count): (f32, f32),
+    [start, end, blur]: Shape,
+) -> (f32, f32) {
     let per = 1.0 / blur;
     let (mut both, mut square) = (light, count);
     let most = profile.most(part.light);

@@ -304,7 +304,11 @@ impl Profile<'_> {
 
     /// Light of a column; `None` off the detector, and where it is more than `most`.
     pub(super) fn at(&self, column: usize, most: f32) -> Option<f32> {
-        self.light.get(column).filter(|kept| **kept != NONE).map(|kept| value(*kept)).filter(|light| *light < most)
+        self.light
+            .get(column)
+            .filter(|kept| **kept != NONE)
+            .map(|kept| value(*kept))
+            .filter(|light| *light < most)
     }
 
     /// The light that may still be the streak's: more is a hit's, and says nothing of the streak.

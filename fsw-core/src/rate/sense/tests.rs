@@ -21,11 +21,7 @@ fn streak(ends: [[f64; 3]; 2], chance: &mut Chance) -> Arc {
 }
 
 /// What the history tells of an image of streaks, a second after the one before.
-fn told(
-    history: &mut RateHistory,
-    streaks: impl Iterator<Item = Arc>,
-    is_first: bool,
-) -> Option<StreakRate> {
+fn told(history: &mut RateHistory, streaks: impl Iterator<Item = Arc>, is_first: bool) -> Option<StreakRate> {
     let arcs: std::vec::Vec<_> = streaks.collect();
     history.update_from_streaks((&arcs, &[0.0; MAX_ARCS]), (!is_first).then_some(1.0), FIELD)
 }
