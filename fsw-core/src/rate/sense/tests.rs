@@ -141,3 +141,27 @@ fn two_of_many_streaks_of_the_last_image_are_no_evidence() {
     std::println!("told after two of two streaks: {two} of 100, after two of nine: {nine}");
     assert!(two >= 50 && nine <= 5, "{two} and {nine}");
 }
+
+#[test]
+fn streaks_that_agree_do_not_outvote_the_best_known_one() {
+    let mut chance = Chance(14);
+    let half = 0.5 * EXPOSURE_S;
+    let [mut alone, mut outvoted] = [0, 0];
+    for _ in 0..100 {
+        let rate = chance.rate(3.0);
+        let mut of = |rate: [f64; 3]| {
+            let star = chance.star();
+            streak([turned(star, rate, -half), turned(star, rate, half)], &mut chance)
+        };
+        let long: std::vec::Vec<_> = (0..5).map(|_| of(rate.map(|part| 1.4 * part))).collect();
+        let sharp = [of(rate), of(rate)].map(|arc| Arc { sigma_rad: arc.sigma_rad.map(|s| 0.7 * s), ..arc });
+        let is_told = |arcs: &[Arc]| told(&mut RateHistory::default(), arcs.iter().copied(), true).is_some();
+        alone += u32::from(is_told(&long));
+        let all: std::vec::Vec<_> = long.iter().chain(&sharp).copied().collect();
+        outvoted += u32::from(is_told(&all));
+    }
+    std::println!(
+        "five streaks of one rate are told: {alone} of 100, beside two better ones of another: {outvoted}"
+    );
+    assert!(alone >= 80 && outvoted <= 5, "{alone} and {outvoted}");
+}
