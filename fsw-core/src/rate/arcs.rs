@@ -55,6 +55,11 @@ pub struct RateFit {
     pub arcs: u32,
 }
 
+/// Whether the bit of an arc is set.
+pub(super) fn is_set(arcs: u32, index: usize) -> bool {
+    (arcs >> index) & 1 == 1
+}
+
 impl RateFit {
     /// Number of inliers.
     pub fn count(&self) -> u32 {
@@ -124,7 +129,7 @@ const SCALE: f32 = 1e-6;
 fn normal_equations(arcs: &[Arc], bits: u32, about: &Vector3<f32>) -> Option<(Matrix3<f32>, Vector3<f32>)> {
     let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for (index, arc) in arcs.iter().enumerate() {
-        if (bits >> index) & 1 == 0 {
+        if !is_set(bits, index) {
             continue;
         }
         for equation in equations(arc, about)?.iter().flatten() {
@@ -245,9 +250,11 @@ fn refined(arcs: &[Arc], rate: Vector3<f32>, bits: u32) -> Option<RateFit> {
         return None;
     }
     // Redundant equations scale the covariance by their mean square.
-    let used = |index: usize| (bits >> index) & 1 == 1;
-    let (count, misfit) =
-        arcs.iter().enumerate().filter(|(index, _)| used(*index)).fold((0.0, 0.0), |(n, sum), (_, arc)| {
+    let (count, misfit) = arcs
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| is_set(bits, *index))
+        .fold((0.0, 0.0), |(n, sum), (_, arc)| {
             (n + if arc.whole { 2.0 } else { 1.0 }, sum + misfit(arc, &rate))
         });
     let free: f32 = count - 3.0;

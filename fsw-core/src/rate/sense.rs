@@ -12,7 +12,9 @@
 //! that of the last image: tracks of protons and structure of the Sun's glare are lines too, and of many
 //! lines some agree by chance.
 
-use super::arcs::{self, Arc, MAX_ARCS, RateFit, are_consistent, corrected, enlarged, fused, inflated};
+use super::arcs::{
+    self, Arc, MAX_ARCS, RateFit, are_consistent, corrected, enlarged, fused, inflated, is_set,
+};
 use super::marks::{DetectorScale, FASTEST_RAD_S, MAX_MARKS, Mark, match_at_rate, match_by_separation};
 use super::streaks::mark_of;
 use crate::attitude::filter::free_body_change;
@@ -143,10 +145,10 @@ impl RateHistory {
         let (whole, cut) = rate.as_ref().map_or((0, 0), |rate| count(arcs, rate));
         // More arcs must agree than do not: of many lines some agree by chance, those of an Earth that hardly
         // moves from image to image with the same rate.
-        let agreed = 2 * (whole + cut) > arcs.len();
-        let bits = rate.as_ref().filter(|_| agreed).map_or(u32::MAX, |rate| rate.arcs);
-        let before = core::mem::replace(self, Self::of_marks(marks_of((arcs, late_s), bits)));
-        self.agreed = agreed;
+        let most_agree = 2 * (whole + cut) > arcs.len();
+        let marked = rate.as_ref().filter(|_| most_agree).map_or(u32::MAX, |rate| rate.arcs);
+        let before = core::mem::replace(self, Self::of_marks(marks_of((arcs, late_s), marked)));
+        self.agreed = most_agree;
         let rate = rate?;
         let compared = RateComparison::new(&before, arcs, &rate, elapsed_s)?;
         let hypotheses = Hypotheses::new(&compared, arcs, (&before.marks, &self.marks), field);
@@ -171,7 +173,7 @@ impl RateHistory {
         let alone = enough && !(known && compared.consistent == Some(false));
         let known = known && compared.is_consistent();
         let repeated = known || compared.repeats && equations >= FEWEST_REPEATED + more;
-        let agreed = self.agreed && (alone || repeated);
+        let agreed = most_agree && (alone || repeated);
         let confirmed = decision.mean.is_some() && (known || hypotheses.chance < MAX_CHANCE_MATCHES);
         (confirmed || agreed).then_some(StreakRate {
             estimate: estimate.0,
@@ -182,14 +184,14 @@ impl RateHistory {
     }
 }
 
-/// Marks of the whole arcs whose bits are set. One that contradicts its image's rate is no star's, or its middle
-/// is not the star's: found again by chance it turned the rate about the line of sight by 19 sigma.
+/// Marks of the whole arcs whose bits are set. One that contradicts its image's rate is no star's, or its
+/// middle is not the star's: found again by chance it turned the rate about the line of sight by 19 sigma.
 #[inline(never)]
-fn marks_of((arcs, late_s): (&[Arc], &[f32]), bits: u32) -> Vec<Mark, MAX_MARKS> {
+fn marks_of((arcs, late_s): (&[Arc], &[f32]), marked: u32) -> Vec<Mark, MAX_MARKS> {
     let mut marks = Vec::new();
     for (index, (arc, late_s)) in arcs.iter().zip(late_s).enumerate() {
         if arc.whole
-            && (bits >> index) & 1 == 1
+            && is_set(marked, index)
             && let Some(mark) = mark_of(arc, *late_s)
         {
             let _ = marks.push(mark);
@@ -203,12 +205,12 @@ fn marks_of((arcs, late_s): (&[Arc], &[f32]), bits: u32) -> Vec<Mark, MAX_MARKS>
 fn is_of_best(arcs: &[Arc], rate: &RateFit) -> bool {
     let whole = arcs.iter().enumerate().filter(|(_, arc)| arc.whole);
     let best = whole.min_by(|(_, one), (_, other)| one.sigma_rad[0].total_cmp(&other.sigma_rad[0]));
-    best.is_none_or(|(index, _)| (rate.arcs >> index) & 1 == 1)
+    best.is_none_or(|(index, _)| is_set(rate.arcs, index))
 }
 
 /// Whole and cut arcs that agree with a rate.
 fn count(arcs: &[Arc], rate: &RateFit) -> (usize, usize) {
-    let agreeing = arcs.iter().enumerate().filter(|(index, _)| (rate.arcs >> *index) & 1 == 1);
+    let agreeing = arcs.iter().enumerate().filter(|(index, _)| is_set(rate.arcs, *index));
     agreeing
         .fold((0, 0), |(whole, cut), (_, arc)| if arc.whole { (whole + 1, cut) } else { (whole, cut + 1) })
 }

@@ -20,6 +20,11 @@ fn streak(ends: [[f64; 3]; 2], chance: &mut Chance) -> Arc {
     Arc { ends, sigma_rad: SIGMA_RAD, duration_s: [EXPOSURE_S as f32; 2], directed: false, whole: true }
 }
 
+/// The arc of a star that is at its place in the middle of the exposure.
+fn drawn(star: [f64; 3], rate: [f64; 3], chance: &mut Chance) -> Arc {
+    streak([-0.5, 0.5].map(|share| turned(star, rate, share * EXPOSURE_S)), chance)
+}
+
 /// What the history tells of an image of streaks, a second after the one before.
 fn told(history: &mut RateHistory, streaks: impl Iterator<Item = Arc>, is_first: bool) -> Option<StreakRate> {
     let arcs: std::vec::Vec<_> = streaks.collect();
@@ -45,10 +50,7 @@ fn fly(deg_s: impl Fn(f64) -> f64, chance: &mut Chance) -> (std::vec::Vec<f32>, 
     let mut changes = std::vec::Vec::new();
     for second in 0..10 {
         let rate = axis.map(|part| part * deg_s(f64::from(second)).to_radians());
-        let streaks = stars.map(|star| {
-            let half = 0.5 * EXPOSURE_S;
-            streak([turned(star, rate, -half), turned(star, rate, half)], chance)
-        });
+        let streaks = stars.map(|star| drawn(star, rate, chance));
         if let Some(rate_told) = told(&mut history, streaks.into_iter(), second == 0) {
             errors.push(sigmas(&rate_told, rate));
             last = (rate_told.estimate.0.norm() / Vector3::from(rate).norm() as f32 - 1.0).abs();
@@ -122,9 +124,9 @@ fn repeats(before: usize, chance: &mut Chance) -> bool {
     let rate = chance.rate(12.0);
     let mut image = |having: usize, all: usize| -> std::vec::Vec<Arc> {
         let of = |number: usize, chance: &mut Chance| {
-            let (star, half) = (chance.star(), 0.5 * EXPOSURE_S);
+            let star = chance.star();
             let rate = if number < having { rate } else { chance.rate(12.0) };
-            streak([turned(star, rate, -half), turned(star, rate, half)], chance)
+            drawn(star, rate, chance)
         };
         (0..all).map(|number| of(number, chance)).collect()
     };
@@ -145,14 +147,10 @@ fn two_of_many_streaks_of_the_last_image_are_no_evidence() {
 #[test]
 fn streaks_that_agree_do_not_outvote_the_best_known_one() {
     let mut chance = Chance(14);
-    let half = 0.5 * EXPOSURE_S;
     let [mut alone, mut outvoted] = [0, 0];
     for _ in 0..100 {
         let rate = chance.rate(3.0);
-        let mut of = |rate: [f64; 3]| {
-            let star = chance.star();
-            streak([turned(star, rate, -half), turned(star, rate, half)], &mut chance)
-        };
+        let mut of = |rate| drawn(chance.star(), rate, &mut chance);
         let long: std::vec::Vec<_> = (0..5).map(|_| of(rate.map(|part| 1.4 * part))).collect();
         let sharp = [of(rate), of(rate)].map(|arc| Arc { sigma_rad: arc.sigma_rad.map(|s| 0.7 * s), ..arc });
         let is_told = |arcs: &[Arc]| told(&mut RateHistory::default(), arcs.iter().copied(), true).is_some();
