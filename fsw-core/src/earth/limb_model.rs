@@ -6,7 +6,8 @@
 //! camera, so that by Lambert's law the brightness is `1 - d / R + sqrt(2 d / R) facing / sine`, with the
 //! sine of the Sun's elevation and the cosine `facing` of its angle from the camera at the limb; a share of
 //! the light follows the law of Lommel and Seeliger instead, with a brighter limb. The lens blurs this by a
-//! Gaussian. The model gives the share of the bright side's mean at the half-brightness height; it is one
+//! Gaussian; a turn that draws the limb out by `s` px across itself widens that by `s² / 12`, and the bright side
+//! begins behind the drawn edge. The model gives the share of the bright side's mean at the half-brightness height; it is one
 //! half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
 
 use super::EarthParameters;
@@ -174,9 +175,13 @@ impl LimbModel {
         let km_per_px = (expected.km_per_px * normal_cosine).max(1e-3);
         let scale = (parameters.limb.scale_height_km / km_per_px).max(LEAST_SCALE_PX);
         let psf = parameters.limb.psf_sigma_px;
-        let spread = libm::sqrtf(psf * psf + PIXEL_VARIANCE) / normal_cosine;
+        let still = psf * psf + PIXEL_VARIANCE;
+        let drawn = expected.drawn_px;
+        let spread = libm::sqrtf(still + drawn * drawn * (1.0 / 12.0)) / normal_cosine;
         let surface = scale * core::f32::consts::LN_2;
-        let begin = libm::floorf(surface + SPREADS_INSIDE * spread + 0.5);
+        // All of a drawn edge is passed: it ends there, where a Gaussian one of the same variance goes on.
+        let inside = (SPREADS_INSIDE * libm::sqrtf(still) + 0.5 * drawn) / normal_cosine;
+        let begin = libm::floorf(surface + inside + 0.5);
         let length = (BRIGHT_SCALES * scale).max(LEAST_BRIGHT_PX / normal_cosine).min(MOST_BRIGHT_PX);
         let length = libm::floorf(length + 0.5);
         if (begin + length).is_nan() || begin + length >= LONGEST_PX {

@@ -10,10 +10,11 @@ use super::centre::{self, CentrePrior};
 use super::limb::StripPoint;
 use super::reach::{MAX_LIMB_STRIPS, STRIP_MARGIN_PX, limb_reach};
 use super::shape::bilinear;
-use super::view::{PHASES, View};
+use super::view::{ExpectedLimb, PHASES, View};
 use super::{Body, EarthFix, EarthParameters, FitCriteria, LimbPoint, MAX_LIMB_POINTS};
 use super::{FitError, Strips, limb, search};
 use crate::camera::Camera;
+use crate::image::turn::Turn;
 use crate::order::two_least;
 use fsw_hal::{Detector, DetectorError};
 use heapless::Vec;
@@ -52,6 +53,8 @@ pub struct LimbSensor<'a> {
     pub body: &'a Body,
     /// Parameters of the Earth and its limb.
     pub parameters: &'a EarthParameters,
+    /// How the Earth path turns during the exposure; `None`: it rests.
+    pub turn: Option<Turn>,
 }
 
 impl LimbSensor<'_> {
@@ -127,7 +130,7 @@ impl LimbSensor<'_> {
         buffers: &mut Buffers,
         crossing: impl limb::Crossing,
     ) -> Result<Strips, DetectorError> {
-        let Self { camera, parameters, .. } = *self;
+        let Self { camera, parameters, turn, .. } = *self;
         let geometry = detector.geometry();
         buffers.points.clear();
         let mut sides = SidesOfStrips::new();
@@ -139,11 +142,13 @@ impl LimbSensor<'_> {
                 continue;
             }
             let sigma_km = libm::sqrtf(variance.along_km2(&expected.normal).max(0.0));
-            let Some(reach) = limb_reach(expected.km_per_px, sigma_km, parameters) else {
+            let drawn_px = turn.as_ref().map_or(0.0, |turn| across_px(turn, expected));
+            let Some(reach) = limb_reach(expected.km_per_px, sigma_km, drawn_px, parameters) else {
                 strips.skipped += 1;
                 continue;
             };
-            let Some(strip) = limb::strip(expected, reach, &geometry) else { continue };
+            let expected = ExpectedLimb { drawn_px, ..*expected };
+            let Some(strip) = limb::strip(&expected, reach, &geometry) else { continue };
             let pixels = buffers.buffer.get_mut(..strip.window.area()).ok_or(DetectorError::BufferLength)?;
             detector.read(strip.window, pixels)?;
             strips.read += 1;
@@ -157,6 +162,12 @@ impl LimbSensor<'_> {
         keep_before_space(buffers.points, &sides);
         Ok(strips)
     }
+}
+
+/// How far a turn moves a limb across itself, px.
+fn across_px(turn: &Turn, expected: &ExpectedLimb) -> f32 {
+    let ([x, y], [nx, ny]) = (turn.moved_px(expected.at_px), expected.outward_px);
+    libm::fabsf(x * nx + y * ny)
 }
 
 /// Dark level and brightness of the points of strips, counts.

@@ -1,6 +1,6 @@
 //! Length of a strip that contains the whole rise of the limb.
 //!
-//! In: height that a pixel spans at the limb, sigma of the limb's height. Out: the strip's [`Reach`], or
+//! In: height that a pixel spans at the limb, sigma of the limb's height, how far the limb is drawn out. Out: the strip's [`Reach`], or
 //! `None` where it exceeds the longest strip.
 
 use super::EarthParameters;
@@ -21,9 +21,16 @@ pub fn glow_km(parameters: &EarthParameters) -> f32 {
 }
 
 /// How far a strip must reach from the expected limb, when its height there is known to `sigma_km` (3 sigma
-/// are allowed for); `None` when the strip would be longer than one can be.
-pub fn limb_reach(km_per_px: f32, sigma_km: f32, parameters: &EarthParameters) -> Option<Reach> {
-    let reach_px = |km: f32| libm::ceilf(STRIP_MARGIN_PX + (km + 3.0 * sigma_km) / km_per_px);
+/// are allowed for) and the exposure draws it out by `drawn_px`; `None` when the strip would be longer than one
+/// can be.
+pub fn limb_reach(
+    km_per_px: f32,
+    sigma_km: f32,
+    drawn_px: f32,
+    parameters: &EarthParameters,
+) -> Option<Reach> {
+    let margin_px = STRIP_MARGIN_PX + 0.5 * drawn_px;
+    let reach_px = |km: f32| libm::ceilf(margin_px + (km + 3.0 * sigma_km) / km_per_px);
     let outward = reach_px(glow_km(parameters));
     let inward = reach_px(BRIGHT_SCALES * parameters.limb.scale_height_km);
     // Also refuses what is no number.

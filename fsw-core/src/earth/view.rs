@@ -67,6 +67,8 @@ pub struct ExpectedLimb {
     /// Cosine of the angle at the limb between the directions to the Sun and to the camera; zero where the
     /// Sun is not known.
     pub sun_facing: f32,
+    /// How far the exposure draws it out across itself, px; zero of a camera at rest.
+    pub drawn_px: f32,
 }
 
 /// Length of limb in the field, rad of azimuth about the centre.
@@ -197,7 +199,7 @@ impl View {
         let km_per_px = km_per_rad / (turned * sense).max(1e-3);
         let sun_facing =
             Direction::new(ray).and_then(|ray| self.body.sun_cosine(&ray)).map_or(0.0, |cosine| -cosine);
-        Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing })
+        Some(ExpectedLimb { at_px, outward_px, normal, km_per_px, sun_sine, sun_facing, drawn_px: 0.0 })
     }
 
     /// Where a direction meets the body, or else passes it nearest: vector from the centre, sphere space; and

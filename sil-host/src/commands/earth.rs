@@ -260,7 +260,7 @@ impl PictureEarth {
         self.buffer.resize(longer.max(BREADTH * MAX_LENGTH), 0);
         picture.expose(EXPOSURE_US).map_err(fault)?;
         let (body, parameters) = known.body();
-        let limb_sensor = LimbSensor { camera, body: &body, parameters: &parameters };
+        let limb_sensor = LimbSensor { camera, body: &body, parameters: &parameters, turn: None };
         let mut buffers =
             Buffers { buffer: &mut self.buffer, points: &mut self.points, rays: &mut self.rays };
         let found = limb_sensor::acquire(&limb_sensor, picture, &mut buffers).map_err(fault)?;

@@ -54,6 +54,51 @@ fn chance(albedo: [f64; 2], scatter: f64) -> f64 {
     if albedo[0] == albedo[1] { 0.0 } else { 2.0 * scatter / (WORLDS as f64).sqrt() }
 }
 
+/// Mean error and its scatter, px, of points of a limb that moves by 9 px along x during the exposure, told or
+/// not that it does.
+fn drawn_out(is_told: bool) -> (f64, f64) {
+    const PX: u16 = 9;
+    let parameters = parameters();
+    let mut errors = Vec::new();
+    for (number, phase) in [10.0, 60.0, 90.0].into_iter().enumerate() {
+        let world = World { albedo: [0.6, 0.6], ..geostationary(phase, number as u64) };
+        for (index, truth) in world.expected().iter().enumerate().step_by(4) {
+            let across_px = f32::from(PX) * truth.outward_px[0].abs();
+            let guess = ExpectedLimb { drawn_px: if is_told { across_px } else { 0.0 }, ..*truth };
+            let Some(strip) = strip(&guess, even(22), &GEOMETRY).filter(|_| across_px > 6.0) else {
+                continue;
+            };
+            let mut sums = std::vec![0u32; strip.window.area()];
+            for step in 0..PX {
+                let window = Window { x: strip.window.x + step - PX / 2, ..strip.window };
+                let pixels =
+                    world.expose(window, 3.0, (number * 10_000 + index * 100) as u64 + u64::from(step));
+                sums.iter_mut().zip(pixels).for_each(|(sum, pixel)| *sum += u32::from(pixel));
+            }
+            let pixels: Vec<u16> = sums.iter().map(|sum| (sum / u32::from(PX)) as u16).collect();
+            if let Some(found) = crossing(&pixels, &strip, &GEOMETRY, &parameters) {
+                errors.push(error_px(&found.point, truth));
+            }
+        }
+    }
+    let (count, mean) = (errors.len(), errors.iter().sum::<f64>() / errors.len().max(1) as f64);
+    let square = errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / count.max(1) as f64;
+    std::println!(
+        "drawn out, told {is_told}: {count} points, bias {mean:+.3} px, scatter {:.3}",
+        square.sqrt()
+    );
+    assert!(count >= 20, "{count}");
+    (mean, square.sqrt())
+}
+
+#[test]
+fn a_limb_that_a_known_turn_draws_out_stays_where_it_is_in_the_middle_of_the_exposure() {
+    let (bias, scatter) = drawn_out(true);
+    assert!(bias.abs() < 0.25 && scatter < 0.25, "{bias} {scatter}");
+    let (untold, _) = drawn_out(false);
+    assert!(untold.abs() > 1.0, "{untold}");
+}
+
 #[test]
 fn the_limb_from_the_geostationary_orbit_is_found_within_a_twentieth_of_a_pixel() {
     let mut failed = Vec::new();
@@ -214,6 +259,7 @@ fn a_strip_reaches_outward_towards_space_on_every_side_and_is_never_too_long() {
             km_per_px: 14.0,
             sun_sine: 0.5,
             sun_facing: 0.5,
+            drawn_px: 0.0,
         };
         let window = strip(&expected, Reach { outward_px: 20, inward_px: 10 }, &GEOMETRY).unwrap().window;
         assert_eq!((window.x, window.y), (x, y));
@@ -233,6 +279,7 @@ fn a_strip_leaves_no_detector() {
         km_per_px: 14.0,
         sun_sine: 0.5,
         sun_facing: 0.5,
+        drawn_px: 0.0,
     };
     let reach = Reach { outward_px: 20, inward_px: 12 };
     let along = |at_px| strip(&ExpectedLimb { at_px, ..inside }, reach, &GEOMETRY).map(|strip| strip.window);
@@ -258,6 +305,7 @@ proptest::proptest! {
             km_per_px,
             sun_sine: 0.3,
             sun_facing: 0.4,
+            drawn_px: 0.0,
         };
         let strip = strip(&expected, Reach { outward_px: outward, inward_px: inward }, &GEOMETRY).unwrap();
         let pixels: Vec<u16> = (0..strip.window.area())

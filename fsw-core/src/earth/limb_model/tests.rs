@@ -10,6 +10,7 @@ fn limb_model(km_per_px: f32, sun_sine: f32, sun_facing: f32) -> LimbModel {
         km_per_px,
         sun_sine,
         sun_facing,
+        drawn_px: 0.0,
     };
     let mut parameters = parameters();
     parameters.limb.lommel_share = 0.5;
@@ -77,6 +78,7 @@ fn a_rise_longer_than_a_strip_has_no_zone() {
         km_per_px: 0.04,
         sun_sine: 0.5,
         sun_facing: 0.0,
+        drawn_px: 0.0,
     };
     assert!(LimbModel::new(&expected, 1.0, &parameters()).is_none());
     let nowhere = ExpectedLimb { km_per_px: f32::NAN, ..expected };

@@ -15,7 +15,7 @@ fn find(picture: &mut Picture, world: &World, sun_known: bool) -> Found {
     let known = world.body(&parameters);
     let body = if sun_known { known } else { known.without_sun() };
     let camera = camera();
-    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters };
+    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters, turn: None };
     let mut rays = Box::new(centre::RayBuffer::new());
     let mut buffers = Buffers { buffer: &mut [0; 2048], points: &mut search::Points::new(), rays: &mut rays };
     acquire(&limb_sensor, picture, &mut buffers).unwrap()
@@ -188,7 +188,7 @@ fn a_short_buffer_is_the_detectors_error() {
     let world = geostationary(5.0, 3);
     let parameters = parameters();
     let (body, camera) = (world.body(&parameters), camera());
-    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters };
+    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters, turn: None };
     let mut rays = Box::new(centre::RayBuffer::new());
     let mut buffers = Buffers { buffer: &mut [0; 100], points: &mut search::Points::new(), rays: &mut rays };
     let mut picture = Picture { pixels: std::vec![40; GEOMETRY.whole().area()] };
@@ -229,7 +229,7 @@ fn a_dark_sea_before_clouds_is_no_limb() {
     });
     assert!(coasts.count() >= 2);
 
-    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters };
+    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters, turn: None };
     let (mut points, mut rays) = (search::Points::new(), Box::new(centre::RayBuffer::new()));
     let mut buffers = Buffers { buffer: &mut [0; 2048], points: &mut points, rays: &mut rays };
     let variance = limb_sensor.height_variance(&view, 10.0);

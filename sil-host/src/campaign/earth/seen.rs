@@ -252,7 +252,8 @@ impl Frame {
         }
         let sun = Some(direction(self.sun)).filter(|_| !matches!(way, Way::Lost | Way::Pole));
         let body = Body::new(&direction(self.pole), sun.as_ref(), &parameters);
-        let limb_sensor = LimbSensor { camera: &self.camera, body: &body, parameters: &parameters };
+        let limb_sensor =
+            LimbSensor { camera: &self.camera, body: &body, parameters: &parameters, turn: None };
         let longer = usize::from(self.picture.geometry().width_px.max(self.picture.geometry().height_px));
         let (mut buffer, mut points) = (vec![0; longer.max(BREADTH * MAX_LENGTH)], Points::new());
         let mut rays = Box::new(centre::RayBuffer::new());
@@ -437,7 +438,7 @@ impl Tracked {
 
     /// The focal length, by the points in the room and the distance that the orbit says.
     fn scale(&self, limb_sensor: &LimbSensor, buffers: &mut Buffers) -> Option<Scale> {
-        let LimbSensor { camera, body, parameters } = *limb_sensor;
+        let LimbSensor { camera, body, parameters, .. } = *limb_sensor;
         let (points, criteria, prior) = (buffers.points.as_slice(), &self.criteria, Some(&self.prior));
         let measured = LimbPoints { points, camera, body, criteria, prior, parameters };
         let known = [self.prior.centre_km.norm(), ORBIT_SIGMA_KM as f32];

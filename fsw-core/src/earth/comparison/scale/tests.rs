@@ -14,7 +14,7 @@ fn found(world: &World, wrong: f32) -> Scale {
     let mut described = *camera().parameters();
     described.focal_length_px *= 1.0 + wrong;
     let (camera, body) = (Camera::new(described).unwrap(), world.body(&parameters));
-    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters };
+    let limb_sensor = LimbSensor { camera: &camera, body: &body, parameters: &parameters, turn: None };
     let (mut points, mut rays) = (Points::new(), Box::new(RayBuffer::new()));
     let mut buffers = Buffers { buffer: &mut [0; 2048], points: &mut points, rays: &mut rays };
     let fix =
