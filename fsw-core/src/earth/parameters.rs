@@ -148,18 +148,19 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// Limits of a centre without an orbit as its prior.
+    /// Limits of a centre, most of them of one without an orbit as its prior.
     pub struct PlausibleParameters in "earth.plausible" {
         /// Greatest standard deviation of the direction.
         sigma_deg: f32 = 10.0, 0.001..=10.0, "deg",
             "half of the reference field's shorter side, 19.4 deg: known worse, a centre is no more than an \
              Earth in the field";
-        /// Greatest standard deviation of a direction that is told; a first orbit is begun with worse ones too,
-        /// which it holds against each other.
+        /// Greatest standard deviation of a direction that is told, with an orbit too; a first orbit is begun with
+        /// worse ones, which it holds against each other.
         told_deg: f32 = 2.0, 0.001..=10.0, "deg",
             "clouds and low sunlight bend a short arc by more than its heights do: of 1,282 centres known worse \
-             from low orbits one in 40 was off by more than 3 sigma, up to 9.6 (low-motion, seed 51)";
-        /// Fewest points of a centre that is told, of 24 strips.
+             from low orbits one in 40 was off by more than 3 sigma, up to 9.6 (low-motion, seed 51); with an \
+             orbit up to 7.7, of those known better up to 3.7 (sso-dawn-dusk, seed 8301)";
+        /// Fewest points of a centre that is told without an orbit, of 24 strips.
         told_points: u16 = 20, 3..=24, "",
             "of 3,602 centres with so many eight were off by more than 3 sigma, 4.7 at worst; of 78 with fewer \
              eleven, up to 8.5 (the same)";
@@ -174,9 +175,10 @@ parameter_group! {
 }
 
 impl PlausibleParameters {
-    /// Whether a centre that no orbit supports is told.
-    pub fn is_told(&self, fix: &EarthFix) -> bool {
-        fix.inliers.count_ones() >= self.told_points.into() && fix.sigmas().0 <= self.told_deg.to_radians()
+    /// Whether a centre is told; `alone`: that no orbit supports.
+    pub fn is_told(&self, fix: &EarthFix, alone: bool) -> bool {
+        let enough = !alone || fix.inliers.count_ones() >= self.told_points.into();
+        enough && fix.sigmas().0 <= self.told_deg.to_radians()
     }
 }
 

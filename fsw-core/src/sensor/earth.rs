@@ -132,7 +132,7 @@ impl Sensor<'_> {
             self.update_orbit((fix, &body), attitude.sigma_rad, &rotation, ephemeris.terrestrial_us, events);
         meter.end(Stage::Orbit);
         let alone = predicted.is_none_or(|predicted| !predicted.by_orbit);
-        if alone && !self.parameters.earth.plausible.is_told(fix) {
+        if !self.parameters.earth.plausible.is_told(fix, alone) {
             earth.looked = Looked::Refused(FitError::Uncertain);
         }
         Ok((earth, record))

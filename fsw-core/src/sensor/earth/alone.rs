@@ -181,7 +181,7 @@ impl Sensor<'_> {
         let (direction_rad, along_km) = fix.sigmas();
         let off_km = libm::fabsf(fix.distance_km() - known.distance_km);
         let agrees = off_km < DISTANCE_SIGMAS * hypotenuse(along_km, known.sigma_km);
-        if !agrees || !self.parameters.earth.plausible.is_told(fix) {
+        if !agrees || !self.parameters.earth.plausible.is_told(fix, true) {
             return None;
         }
         let attitude = self.turned_to(fix, beside, known)?;
