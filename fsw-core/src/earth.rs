@@ -60,8 +60,8 @@ pub enum FitError {
     ShortArc,
     /// The normal equations are singular, or the centre is farther than `earth.plausible.distance_km`.
     Degenerate,
-    /// The centre's sigma exceeds `earth.plausible.sigma_deg` or `earth.plausible.range_share`, or it is not to
-    /// be told (`earth.plausible.told_deg`, without an orbit `told_points` too).
+    /// The centre's sigma exceeds `earth.plausible.sigma_deg` or `earth.plausible.range_share`, or it is not
+    /// to be told (`earth.plausible.told_deg`, without an orbit `told_points` too).
     Uncertain,
 }
 

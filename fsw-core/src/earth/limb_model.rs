@@ -6,9 +6,10 @@
 //! camera, so that by Lambert's law the brightness is `1 - d / R + sqrt(2 d / R) facing / sine`, with the
 //! sine of the Sun's elevation and the cosine `facing` of its angle from the camera at the limb; a share of
 //! the light follows the law of Lommel and Seeliger instead, with a brighter limb. The lens blurs this by a
-//! Gaussian; a turn that draws the limb out by `s` px across itself widens that by `s² / 12`, and the bright side
-//! begins behind the drawn edge. The model gives the share of the bright side's mean at the half-brightness height; it is one
-//! half without blur and shading, and goes from 0.3 to 0.8 where the Sun is low.
+//! Gaussian, to whose variance a turn that draws the limb out by `s` px across itself adds `s² / 12`; the
+//! bright side then begins behind the drawn edge. The model gives the share of the bright side's mean at the
+//! half-brightness height; it is one half without blur and shading, and goes from 0.3 to 0.8 where the Sun is
+//! low.
 
 use super::EarthParameters;
 use super::view::ExpectedLimb;

@@ -53,7 +53,7 @@ pub struct LimbSensor<'a> {
     pub body: &'a Body,
     /// Parameters of the Earth and its limb.
     pub parameters: &'a EarthParameters,
-    /// How the Earth path turns during the exposure; `None`: it rests.
+    /// How the Earth path turns during the exposure; `None`: it rests, or that is not known.
     pub turn: Option<Turn>,
 }
 

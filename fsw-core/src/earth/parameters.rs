@@ -154,8 +154,8 @@ parameter_group! {
         sigma_deg: f32 = 10.0, 0.001..=10.0, "deg",
             "half of the reference field's shorter side, 19.4 deg: known worse, a centre is no more than an \
              Earth in the field";
-        /// Greatest standard deviation of a direction that is told, with an orbit too; a first orbit is begun with
-        /// worse ones, which it holds against each other.
+        /// Greatest standard deviation of a direction that is told, with an orbit too; a first orbit is begun
+        /// with worse ones, which it holds against each other.
         told_deg: f32 = 2.0, 0.001..=10.0, "deg",
             "clouds and low sunlight bend a short arc by more than its heights do: of 1,282 centres known worse \
              from low orbits one in 40 was off by more than 3 sigma, up to 9.6 (low-motion, seed 51); with an \

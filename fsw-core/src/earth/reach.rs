@@ -1,7 +1,7 @@
 //! Length of a strip that contains the whole rise of the limb.
 //!
-//! In: height that a pixel spans at the limb, sigma of the limb's height, how far the limb is drawn out. Out: the strip's [`Reach`], or
-//! `None` where it exceeds the longest strip.
+//! In: height that a pixel spans at the limb, sigma of the limb's height, how far the limb is drawn out. Out:
+//! the strip's [`Reach`], or `None` where it exceeds the longest strip.
 
 use super::EarthParameters;
 use super::limb::{MAX_LENGTH, Reach};
@@ -21,8 +21,8 @@ pub fn glow_km(parameters: &EarthParameters) -> f32 {
 }
 
 /// How far a strip must reach from the expected limb, when its height there is known to `sigma_km` (3 sigma
-/// are allowed for) and the exposure draws it out by `drawn_px`; `None` when the strip would be longer than one
-/// can be.
+/// are allowed for) and the exposure draws it out by `drawn_px`; `None` when the strip would be longer than
+/// one can be.
 pub fn limb_reach(
     km_per_px: f32,
     sigma_km: f32,

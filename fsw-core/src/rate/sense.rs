@@ -26,9 +26,9 @@ use nalgebra::{Matrix3, Vector3};
 /// percent of the cases, four of eight in two percent: with more that disagree one streak more is required.
 const FEWEST_EQUATIONS: usize = 8;
 const MORE_OF_MANY: usize = 2;
-/// The same where the rate of the last image agrees: part of a third streak, and if that rate was not known one
-/// more of many. Two shreds of cloud agreed with those of the image before in two of 80 flights, three of five
-/// in one of 60; a star and a satellite fix a rate too, and go on alike: 13 sigma in one of 60.
+/// The same where the rate of the last image agrees: part of a third streak, and if that rate was not known
+/// one more of many. Two shreds of cloud agreed with those of the image before in two of 80 flights, three of
+/// five in one of 60; a star and a satellite fix a rate too, and go on alike: 13 sigma in one of 60.
 const FEWEST_REPEATED: usize = 5;
 /// Variance of the difference of two rates, a share of their square, up to which their agreement within 4
 /// sigma is evidence: of two random rates five in a hundred agree so.

@@ -88,8 +88,8 @@ impl Sensor<'_> {
 
     /// Measures the Earth in the image of this second, whose attitude is known, and updates the orbit with
     /// its centre. Through a shut Earth path nothing is looked for, nor where stars are lines: a limb drawn
-    /// out by 70 px gave centres 10 sigma off; nor where a turn draws it out that is not known: of 43 so drawn
-    /// out by 8 to 12 px three were 4 to 7 sigma off.
+    /// out by 70 px gave centres 10 sigma off; nor where a turn draws it out that is not known: of 43 so
+    /// drawn out by 8 to 12 px three were 4 to 7 sigma off.
     #[inline(never)]
     pub(super) fn measure_earth(
         &mut self,

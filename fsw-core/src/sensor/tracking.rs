@@ -251,19 +251,19 @@ impl Sensor<'_> {
         self.turned_in_exposure().map(|turn_rad| turn_of(&self.camera, &turn_rad))
     }
 
-    /// Whether the last image's stars are drawn out, by a turn that is not known.
-    pub(super) fn is_drawn_by_unknown_turn(&self) -> bool {
-        self.workspace.detections.smear(FEWEST_STREAKS) != Smear::Points
-            && self.turned_in_exposure().is_none()
-    }
-
-    /// The same as an angle about the star path's axes, rad.
+    /// By how much the sensor turns during the exposure about the star path's axes, rad; `None` as above.
     #[inline(never)]
     pub(super) fn turned_in_exposure(&self) -> Option<Vector3<f32>> {
         let filtered = self.motion.as_ref().and_then(Filter::rate);
         let rate = filtered.or_else(|| self.turning.rate_at(self.now))?;
         let exposure_s = self.exposure_s();
         (self.farthest_px(&(rate.sigma_rad_s * exposure_s)) < LEAST_WAY_PX).then(|| rate.rad_s * exposure_s)
+    }
+
+    /// Whether the last image's stars are drawn out, by a turn that is not known.
+    pub(super) fn is_drawn_by_unknown_turn(&self) -> bool {
+        self.workspace.detections.smear(FEWEST_STREAKS) != Smear::Points
+            && self.turned_in_exposure().is_none()
     }
 
     /// By how much the mean of the light may turn the attitude of an image within which the turn changes, one

@@ -54,8 +54,8 @@ fn chance(albedo: [f64; 2], scatter: f64) -> f64 {
     if albedo[0] == albedo[1] { 0.0 } else { 2.0 * scatter / (WORLDS as f64).sqrt() }
 }
 
-/// Mean error and its scatter, px, of points of a limb that moves by 9 px along x during the exposure, told or
-/// not that it does.
+/// Mean error and its scatter, px, of points of a limb that moves by 9 px along x during the exposure, told
+/// or not that it does.
 fn drawn_out(is_told: bool) -> (f64, f64) {
     const PX: u16 = 9;
     let parameters = parameters();

@@ -10,6 +10,8 @@ fn a_strip_reaches_over_the_glow_and_three_sigmas_of_the_limbs_height() {
     // beside the margin of 9.
     assert_eq!(limb_reach(12.0, 0.0, 0.0, &parameters), reach(12, 10));
     assert_eq!(limb_reach(12.0, 40.0, 0.0, &parameters), reach(22, 20));
+    // Half of what the exposure draws out lies on either side.
+    assert_eq!(limb_reach(12.0, 0.0, 8.0, &parameters), reach(16, 14));
     // From a low one 0.8 km a pixel: 45 px of glow, 15 px of the bright side.
     assert_eq!(limb_reach(0.8, 0.0, 0.0, &parameters), reach(54, 24));
     assert_eq!(limb_reach(0.8, 2.0, 0.0, &parameters), reach(62, 32));
