@@ -173,8 +173,8 @@ impl RateHistory {
         let enough = equations >= FEWEST_EQUATIONS + more && is_of_best(arcs, &rate);
         let alone = enough && !(known && compared.consistent == Some(false));
         let known = known && compared.is_consistent();
-        let repeated =
-            known && equations >= FEWEST_REPEATED || compared.repeats && equations >= FEWEST_REPEATED + more;
+        let fewest = FEWEST_REPEATED + if known { 0 } else { more };
+        let repeated = (known || compared.repeats) && equations >= fewest;
         let agreed = most_agree && (alone || repeated);
         let confirmed = decision.mean.is_some() && (known || hypotheses.chance < MAX_CHANCE_MATCHES);
         (confirmed || agreed).then_some(StreakRate {

@@ -6,8 +6,8 @@ mod held;
 use super::Sensor;
 use super::propagation::Ephemeris;
 use super::record::{EarthRecord, Events, FixRecord, Looked, Record};
+use super::tracking::turn_of;
 use super::workspace::Readout;
-use crate::camera::CameraParameters;
 use crate::earth::centre::CentrePrior;
 use crate::earth::limb_sensor::{
     Buffers, EVEN_STRIPS, HeightVariance, LimbSensor, SEARCH_SIGMA_PX, StripSelection,
@@ -332,12 +332,10 @@ impl Sensor<'_> {
         fix.map_or_else(Looked::Refused, Looked::Found)
     }
 
-    /// How the Earth path, which no mirror turns over, turns during the exposure; `None` where that is not
-    /// known.
+    /// How the Earth path turns during the exposure; `None` where that is not known.
     fn earth_path_turn(&self) -> Option<Turn> {
         let turn_rad = self.mounting().matrix() * self.turned_in_exposure()?;
-        let CameraParameters { optical_centre_px, focal_length_px, .. } = *self.camera.parameters();
-        Some(Turn::new(optical_centre_px, focal_length_px, false, turn_rad.into()))
+        Some(turn_of(&self.camera.of_earth_path(), &turn_rad))
     }
 
     /// The limb sensor and its buffers.

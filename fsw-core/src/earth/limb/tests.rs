@@ -6,6 +6,13 @@ use crate::oracle::Generator;
 use nalgebra::Vector3;
 use std::vec::Vec;
 
+/// Mean of errors and their scatter about it.
+fn bias_and_scatter(errors: &[f64]) -> (f64, f64) {
+    let count = errors.len().max(1) as f64;
+    let bias = errors.iter().sum::<f64>() / count;
+    (bias, (errors.iter().map(|error| (error - bias).powi(2)).sum::<f64>() / count).sqrt())
+}
+
 /// Bias, scatter, mean sigma, share found and mean square of error over sigma of a scene's points.
 fn measure(
     worlds: impl Iterator<Item = World>,
@@ -34,8 +41,7 @@ fn measure(
         }
     }
     let count = errors.len().max(1) as f64;
-    let bias = errors.iter().sum::<f64>() / count;
-    let scatter = (errors.iter().map(|error| (error - bias).powi(2)).sum::<f64>() / count).sqrt();
+    let (bias, scatter) = bias_and_scatter(&errors);
     (bias, scatter, sigmas / count, count / f64::from(asked.max(1)), normalised / count)
 }
 
@@ -81,14 +87,10 @@ fn drawn_out(is_told: bool) -> (f64, f64) {
             }
         }
     }
-    let (count, mean) = (errors.len(), errors.iter().sum::<f64>() / errors.len().max(1) as f64);
-    let square = errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / count.max(1) as f64;
-    std::println!(
-        "drawn out, told {is_told}: {count} points, bias {mean:+.3} px, scatter {:.3}",
-        square.sqrt()
-    );
+    let (count, (bias, scatter)) = (errors.len(), bias_and_scatter(&errors));
+    std::println!("drawn out, told {is_told}: {count} points, bias {bias:+.3} px, scatter {scatter:.3}");
     assert!(count >= 20, "{count}");
-    (mean, square.sqrt())
+    (bias, scatter)
 }
 
 #[test]

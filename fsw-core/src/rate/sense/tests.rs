@@ -171,20 +171,20 @@ fn two_streaks_alone_are_no_evidence_after_a_known_rate() {
     for _ in 0..100 {
         let rate = chance.rate(3.0);
         let mut stars: [[f64; 3]; 8] = core::array::from_fn(|_| chance.star());
-        let mut tells = |count: usize, is_known: bool, history: &mut RateHistory, is_first: bool| {
-            stars = stars.map(|star| turned(star, rate, 1.0));
-            let streaks = stars.map(|star| drawn(star, rate, &mut chance));
-            let rate = told(history, streaks.into_iter().take(count), is_first);
-            // Of eight it is told, of both senses the right one.
-            assert!(!is_known || rate.is_some_and(|rate| !rate.either_sense));
-            rate.is_some()
-        };
-        for (count, tally) in [(2, &mut two), (3, &mut three)] {
+        for (last, tally) in [(2, &mut two), (3, &mut three)] {
             let mut history = RateHistory::default();
-            for second in 0..3 {
-                tells(8, second == 2, &mut history, second == 0);
-            }
-            *tally += u32::from(tells(count, false, &mut history, false));
+            let seen = [8, 8, 8, last];
+            let rates: std::vec::Vec<_> = (0..)
+                .zip(seen)
+                .map(|(second, count)| {
+                    stars = stars.map(|star| turned(star, rate, 1.0));
+                    let streaks = stars.map(|star| drawn(star, rate, &mut chance));
+                    told(&mut history, streaks.into_iter().take(count), second == 0)
+                })
+                .collect();
+            // Of eight it is told, of both senses the right one.
+            assert!(rates[2].is_some_and(|rate| !rate.either_sense));
+            *tally += u32::from(rates[3].is_some());
         }
     }
     std::println!("told after a known rate by two streaks: {two} of 100, by three: {three}");
