@@ -191,6 +191,34 @@ impl Parameters {
         self
     }
 
+    /// Sets the parameter of a group and a name, for the host: a number, several, or the number of a choice.
+    /// `false`, and no change, where there is none of this name and kind. The table is still to be
+    /// [checked](Parameters::check).
+    pub fn set(&mut self, group: &str, name: &str, values: &[f32]) -> bool {
+        let earth = &mut self.earth;
+        match group {
+            "imaging" => self.imaging.set(name, values),
+            "mount" => self.mount.set(name, values),
+            "detection" => self.detection.set(name, values),
+            "identification" => self.identification.set(name, values),
+            "tracking" => self.tracking.set(name, values),
+            "rate_sensor" => self.rate_sensor.as_mut().is_some_and(|noise| noise.set(name, values)),
+            "magnetometer" => self.magnetometer.as_mut().is_some_and(|errors| errors.set(name, values)),
+            "shutter" => self.shutter.as_mut().is_some_and(|shutter| shutter.set(name, values)),
+            "earth.ellipsoid" => earth.ellipsoid.set(name, values),
+            "earth.limb" => earth.limb.set(name, values),
+            "earth.light" => earth.light.set(name, values),
+            "earth.strips" => earth.strips.set(name, values),
+            "earth.search" => earth.search.set(name, values),
+            "earth.fit" => earth.fit.set(name, values),
+            "earth.horizon" => earth.horizon.set(name, values),
+            "earth.plausible" => earth.plausible.set(name, values),
+            "orbit" => self.orbit.set(name, values),
+            "modes" => self.modes.set(name, values),
+            _ => false,
+        }
+    }
+
     /// Writes the table as a packet and gives the bytes used.
     ///
     /// # Errors

@@ -23,6 +23,7 @@
 //! | `[shutters]` | `paths` that have one: "neither", "star", "earth" or "both" (none: all are open); `filter`: "adaptive" where the Earth path's can be put out of the way; `open`: held so by command |
 //! | `[gyro]`, `[magnetometer]` | the errors of these sensors; none: not on board |
 //! | `[believed]` | how what the flight code is told differs from all that, see `scenario/believed.rs` |
+//! | `[parameters]` | values of the flight code's parameter table that are not its defaults, see `scenario/parameters.rs` |
 //! | `[[faults]]` | what breaks, and when |
 //! | `[limits]` | what a run must reach, or it ends with status 1 |
 
@@ -38,6 +39,7 @@ mod mount;
 mod optics;
 mod orbit;
 pub mod orbit_filter;
+pub mod parameters;
 mod pointing;
 mod sky;
 mod text;
@@ -157,6 +159,8 @@ pub struct Scenario {
     pub earth: EarthModel,
     /// What the flight code is told, less what is true.
     pub believed: Believed,
+    /// Values of the flight code's parameters that are not the defaults.
+    pub parameters: Vec<parameters::Told>,
     /// What breaks, and when.
     pub faults: Vec<Fault>,
     /// What the orbit filter is told.
@@ -205,6 +209,8 @@ struct RawFile {
     magnetometer: Option<Spanned<instruments::RawMagnetometer>>,
     #[serde(default)]
     believed: believed::RawBelieved,
+    #[serde(default)]
+    parameters: toml::Table,
     #[serde(default)]
     faults: Vec<faults::RawFault>,
     #[serde(default)]
@@ -296,7 +302,7 @@ impl Scenario {
         body::of_the_earth_alone(&text, about, &[("magnetometer", field)])?;
         let forces = forces::read(&text, &raw.forces, about, start_us, duration_s)?;
         let orbit = orbit::read(&text, &raw.orbit, start_us, duration_s, &forces)?;
-        Ok(Self {
+        let scenario = Self {
             file: path.to_path_buf(),
             orbit_line: text.line(raw.orbit.span().start),
             name: name(&text, &head.name)?,
@@ -325,9 +331,12 @@ impl Scenario {
             gyro: instruments::gyro(&text, &raw.gyro)?,
             magnetometer: instruments::magnetometer(&text, raw.magnetometer.as_ref().map(Spanned::get_ref))?,
             believed: believed::read(&text, &raw.believed)?,
+            parameters: parameters::read(&text, &raw.parameters)?,
             faults: faults::read(&text, &raw.faults, duration_s)?,
             limits: limits::read(&text, &raw.limits)?,
-        })
+        };
+        parameters::check(&scenario)?;
+        Ok(scenario)
     }
 
     /// The truth orbit: that of a file, or flown from the start.

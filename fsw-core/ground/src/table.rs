@@ -13,6 +13,9 @@ use core::fmt;
 use serde::de::{Deserializer, Error, SeqAccess, Visitor};
 use serde::ser::{SerializeTuple, Serializer};
 
+/// Up to here every integer is an `f32`.
+const MOST_EXACT: f32 = 16_777_216.0;
+
 /// A row of the table of all parameters, as text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Row {
@@ -55,6 +58,25 @@ impl Field<'_> {
     /// How many numbers it is.
     fn count(&self) -> usize {
         if let Self::Singles(values) = self { values.len() } else { 1 }
+    }
+
+    /// Takes a value: a number, so many numbers as it has, a whole one where it is one; `false`, and no change,
+    /// for others.
+    pub fn take(&mut self, values: &[f32]) -> bool {
+        let whole = |value: f32| (0.0..=MOST_EXACT).contains(&value) && libm::truncf(value) == value;
+        match (self, values) {
+            (Self::Single(place), [value]) => **place = *value,
+            (Self::Singles(places), _) if places.len() == values.len() => places.copy_from_slice(values),
+            (Self::Short(place), [value]) if whole(*value) && *value <= f32::from(u16::MAX) => {
+                **place = *value as u16;
+            }
+            (Self::Long(place), [value]) if whole(*value) => **place = *value as u32,
+            (Self::Choice(place), [value]) if whole(*value) && *value <= f32::from(u8::MAX) => {
+                **place = *value as u8;
+            }
+            _ => return false,
+        }
+        true
     }
 
     /// Whether it is finite and within `low..=high`, of several numbers each. Integers are exact up to 2^24,
@@ -313,6 +335,17 @@ macro_rules! parameter_group {
             ) -> [$crate::table::Field<'a>; $Group::ROWS.len()] {
                 let [$($name),*] = numbers;
                 [$($crate::table::Parameter::field(&mut self.$name, $name)),*]
+            }
+
+            /// Sets the parameter of a name, for the host: a number, several, or the number of a choice.
+            /// `false`, and no change, where there is none of this name and kind.
+            pub fn set(&mut self, name: &str, values: &[f32]) -> bool {
+                let mut numbers = self.numbers();
+                let index = Self::ROWS.iter().position(|row| row.name == name);
+                let is_taken = index
+                    .and_then(|index| self.fields(&mut numbers).into_iter().nth(index))
+                    .is_some_and(|mut field| field.take(values));
+                is_taken && self.choose(&numbers)
             }
 
             /// The name of the first value that is outside its range or not finite.

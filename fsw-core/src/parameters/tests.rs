@@ -75,6 +75,36 @@ fn checked(change: impl Fn(&mut Parameters)) -> Result<(), ParameterError> {
     parameters.check().map(|_| ())
 }
 
+/// Its numbers; of a choice its number.
+fn numbers(field: &Field<'_>) -> Vec<f32> {
+    match field {
+        Field::Single(value) => std::vec![**value],
+        Field::Singles(values) => values.to_vec(),
+        Field::Short(value) => std::vec![f32::from(**value)],
+        Field::Long(value) => std::vec![**value as f32],
+        Field::Choice(value) => std::vec![f32::from(**value)],
+    }
+}
+
+#[test]
+fn every_parameter_is_set_by_its_name_and_takes_no_value_of_another_kind() {
+    let mut parameters = Parameters::for_camera(reference_camera());
+    for index in 0..places(&mut parameters).len() {
+        let (row, (_, low, _), field) = places(&mut parameters).swap_remove(index);
+        let is_whole = is_integer(row) || matches!(field, Field::Choice(_));
+        let value = if row.range.starts_with("one of") { 1.0 } else { low };
+        let values = std::vec![value; numbers(&field).len()];
+        assert!(parameters.set(row.group, row.name, &values), "{row:?}");
+        let refused = [&[][..], &[value; 9], &[0.5], &[-1.0], &[f32::NAN], &[1e9]];
+        for refused in refused.into_iter().take(if is_whole { 6 } else { 2 }) {
+            assert!(!parameters.set(row.group, row.name, refused), "{row:?} {refused:?}");
+        }
+        assert_eq!(numbers(&places(&mut parameters)[index].2), values, "{row:?}");
+    }
+    assert!(!parameters.set("tracking", "gate", &[5.0]) && !parameters.set("track", "gate_px", &[5.0]));
+    assert!(!Parameters::for_camera(reference_camera()).set("rate_sensor", "white_rad", &[1e-5]));
+}
+
 #[test]
 fn the_defaults_pass_and_give_their_camera() {
     let parameters = Parameters::for_camera(reference_camera());

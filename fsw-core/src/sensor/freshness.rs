@@ -5,13 +5,13 @@
 //! such an image on the stars must have moved since the last image that is known to be new, if the rate of
 //! then moves them, or where no rate is known; where they have not, the image is refused. Where they are
 //! expected to move by too little to tell, the attitude may be wrong by that much, and its sigma holds it.
-//! So it is with an image whose readout broke off in every probe that the image before has.
+//! So it is with an image whose readout broke off in every probe that the image before has, and with the
+//! first one after an image of which nothing was read.
 //! Ten images without disturbance end the suspicion, and a minute without an image that is known to be new:
 //! the spacecraft may have turned otherwise.
 //!
-//! An old image that was never seen, as the first one after seconds without any may be, is known by nothing.
-//! So the first attitude after a gap that is far from what the rate of before leads to is not told: the next
-//! image decides, by a search.
+//! The first attitude after blinded seconds that is far from what the rate of before leads to is not told: it
+//! has turned meanwhile, or is wrong. The next image decides, by a search.
 //!
 //! In: the noise of each image, its attitude, the filter's rate. Out: [`Age`].
 

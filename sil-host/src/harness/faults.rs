@@ -18,7 +18,7 @@
 //! | `stuck-row` | a row (or more) reads full scale |
 //! | `bit-flips` | a bit of a pixel is turned over |
 //! | `noise-burst` | Gaussian noise on every pixel, cut at the ends of the scale |
-//! | `blinded` | every pixel reads full scale |
+//! | `blinded` | every pixel of an exposure is at full scale, whenever it is handed out |
 //! | `proton-storm` | so many more protons hit in every exposure: [`crate::world::scene::Scene::storm`] |
 //! | `gyro-offset` | the gyro reads so much more about each axis |
 //! | `gyro-silent` | the gyro gives no reading |
@@ -133,6 +133,17 @@ fn happens(noise: &Noise, share: f64) -> bool {
     noise.uniform(0, 0) < share
 }
 
+/// What is handed out instead of a new image in a second of the run `seed`, if anything is.
+fn instead_in(faults: &[Fault], seed: u64, cycle: u32) -> Option<FaultKind> {
+    let happening = |(kind, noise): &(FaultKind, Noise)| match kind {
+        FaultKind::TimeOut(share) | FaultKind::LateFrame(share) | FaultKind::DoubledImage(share) => {
+            happens(noise, *share)
+        }
+        _ => false,
+    };
+    acting(faults, seed, cycle).find(happening).map(|(kind, _)| kind)
+}
+
 /// The spacecraft's command in a second of the run `seed`.
 pub fn command(faults: &[Fault], seed: u64, cycle: u32) -> Command<'static> {
     let restarts = |(kind, noise)| matches!(kind, FaultKind::Restart(share) if happens(&noise, share));
@@ -217,6 +228,8 @@ pub struct Faulty<'a, D> {
     instant: LocalTime,
     /// What is handed out instead of a new image: the last one, with a new instant or its own.
     instead: Option<FaultKind>,
+    /// Whether the image that is handed out is of a second that blinded it.
+    is_blinded: bool,
 }
 
 impl<'a, D: Detector<Error = DetectorError>> Faulty<'a, D> {
@@ -228,7 +241,12 @@ impl<'a, D: Detector<Error = DetectorError>> Faulty<'a, D> {
         seed: u64,
         (cycle, instant): (u32, LocalTime),
     ) -> Self {
-        Self { detector, faults, cycle, seed, instant, instead: None }
+        let instead = instead_in(faults, seed, cycle);
+        let is_made = |second: &u32| instead_in(faults, seed, *second).is_none();
+        let exposed = (0..=cycle).rev().find(is_made).unwrap_or(cycle);
+        let is_blinded =
+            faults.iter().any(|fault| fault.kind == FaultKind::Blinded && fault.acts_in(exposed));
+        Self { detector, faults, cycle, seed, instant, instead, is_blinded }
     }
 
     /// The faults of this second, each with noise of its own.
@@ -252,15 +270,7 @@ impl<D: Detector<Error = DetectorError>> Detector for Faulty<'_, D> {
     }
 
     fn start_exposure(&mut self, exposure_us: u32) -> Result<(), DetectorError> {
-        let happening = |(kind, noise): &(FaultKind, Noise)| match kind {
-            FaultKind::TimeOut(share) | FaultKind::LateFrame(share) | FaultKind::DoubledImage(share) => {
-                happens(noise, *share)
-            }
-            _ => false,
-        };
-        let first = self.acting().find(happening).map(|(kind, _)| kind);
-        self.instead = first;
-        match first {
+        match self.instead {
             Some(FaultKind::TimeOut(_)) => Err(DetectorError::Timeout),
             Some(_) => Ok(()),
             None => self.detector.start_exposure(exposure_us),
@@ -282,6 +292,9 @@ impl<D: Detector<Error = DetectorError>> Detector for Faulty<'_, D> {
         }
         self.detector.read(window, pixels)?;
         let geometry = self.detector.geometry();
+        if self.is_blinded {
+            pixels.fill(geometry.full_scale());
+        }
         for (kind, noise) in self.acting() {
             spoil(kind, &noise, geometry, window, pixels);
         }
@@ -313,7 +326,6 @@ fn spoil(kind: FaultKind, noise: &Noise, geometry: DetectorGeometry, window: Win
                 *pixel = (disturbed + 0.5).clamp(0.0, f64::from(full_scale)) as u16;
             }
         }
-        FaultKind::Blinded => each.for_each(|(_, _, pixel)| *pixel = full_scale),
         _ => {}
     }
 }

@@ -64,7 +64,7 @@ impl Scenario {
             orbit.misalignment = Misalignment::Estimated;
             orbit.misalignment_sigma_rad = sigma_deg.to_radians() as f32;
         }
-        Parameters {
+        let mut parameters = Parameters {
             identification,
             tracking,
             orbit,
@@ -78,7 +78,11 @@ impl Scenario {
             },
             mount,
             ..defaults
+        };
+        for told in &self.parameters {
+            told.put_into(&mut parameters);
         }
+        parameters
     }
 
     /// Why the gyro is on board and not used, where that is so.

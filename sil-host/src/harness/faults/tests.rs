@@ -76,6 +76,22 @@ fn a_doubled_image_has_its_own_instant_and_a_late_frame_that_of_a_new_one() {
 }
 
 #[test]
+fn an_image_that_was_blinded_is_blinded_whenever_it_is_handed_out() {
+    let faults = [
+        Fault { kind: FaultKind::Blinded, from_s: 5, until_s: 8 },
+        Fault { kind: FaultKind::LateFrame(1.0), from_s: 8, until_s: 10 },
+    ];
+    for (cycle, is_blinded) in [(4, false), (5, true), (7, true), (8, true), (9, true), (10, false)] {
+        let mut detector = Counting { exposures: 1 };
+        let mut faulty = Faulty::new(&mut detector, &faults, 3, (cycle, LocalTime::default()));
+        faulty.expose(1).unwrap();
+        let mut pixels = vec![0; GEOMETRY.whole().area()];
+        faulty.read(GEOMETRY.whole(), &mut pixels).unwrap();
+        assert_eq!(pixels.iter().all(|pixel| *pixel == GEOMETRY.full_scale()), is_blinded, "{cycle}");
+    }
+}
+
+#[test]
 fn the_clock_is_off_silent_or_late_in_its_seconds_only() {
     let clock = Instant::new(LocalTime::from_us(7), 1_000_000_000);
     let read = |kind, cycle| faulty_clock(&always(kind), cycle, clock).terrestrial_us;
