@@ -27,7 +27,7 @@ pub const PARAMETERS_BYTES: usize = 512;
 /// Version of the telemetry frames' layout; their first byte after the length.
 pub const TELEMETRY_VERSION: u8 = 17;
 /// Version of the parameter table that is read; its first byte.
-pub const PARAMETERS_VERSION: u8 = 26;
+pub const PARAMETERS_VERSION: u8 = 27;
 
 const _: () = assert!(size_of::<SensorMemory>() <= SENSOR_BYTES);
 const _: () = assert!(align_of::<SensorMemory>() == SENSOR_ALIGNMENT);

@@ -43,20 +43,22 @@ pub use fsw_pixels::{condition, patch};
 use turn::Turn;
 
 parameter_group! {
-    /// Thresholds of star detection (thesis 3.1.1). Sigmas are those of the local background.
+    /// Thresholds of star detection (thesis 3.1.1). Sigmas are those of the local background. The ranges of
+    /// what a star's shape must be end where the reference lens's stars still pass: with 400 percent of the
+    /// inner ring a third of the attitudes is lost, with 500 all are.
     pub struct DetectionParameters in "detection" {
         /// A 3 x 3 sum must rise this many tenths of a sigma above the background.
         threshold_sigma_tenths: u16 = 50, 30..=200, "0.1 sigma",
             "five sigma: one in 3.5 million places by chance; the thesis has 6 % of full scale instead";
         /// The maximum must exceed the mean of its region by this factor.
-        peak_to_region_percent: u16 = 160, 100..=1000, "%", "thesis 3.1.1: 1.6";
+        peak_to_region_percent: u16 = 160, 100..=400, "%", "thesis 3.1.1: 1.6";
         /// The maximum must exceed the mean of the inner ring by this factor.
-        peak_to_inner_percent: u16 = 115, 100..=1000, "%",
+        peak_to_inner_percent: u16 = 115, 100..=300, "%",
             "thesis 1.5, for spots of 3 px, which sharper and blunter lenses fail";
         /// The inner ring's mean must exceed the outer ring's by this factor.
-        inner_to_outer_percent: u16 = 115, 100..=1000, "%", "thesis 3.1.1: 1.15";
+        inner_to_outer_percent: u16 = 115, 100..=300, "%", "thesis 3.1.1: 1.15";
         /// The inner ring must hold at least this share of the maximum: a hot pixel or a proton hit does not.
-        inner_share_percent: u16 = 6, 0..=100, "%", "chosen: a single bright pixel leaves less";
+        inner_share_percent: u16 = 6, 0..=30, "%", "chosen: a single bright pixel leaves less";
         /// The region grows until the ring around it is below this share of the maximum.
         skirt_share_percent: u16 = 10, 1..=50, "%", "chosen: a Gaussian spot within 2.1 sigma";
         /// Error of a centre of intensity without background noise. A calibrated lens has its own.

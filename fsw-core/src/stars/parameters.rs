@@ -14,7 +14,7 @@ parameter_group! {
     pub struct IdentificationParameters in "identification" {
         /// Centroid errors to assume per axis, 1 sigma, tried in this order. The tolerance of a separation is
         /// three sigmas of the difference of two stars, `3 sqrt(2)` times as much (thesis 4.1.1).
-        centroid_sigma_px: [f32; TOLERANCES] = [0.35, 1.0, 2.0], 0.05..=3.0, "px",
+        centroid_sigma_px: [f32; TOLERANCES] = [0.35, 1.0, 2.0], 0.05..=2.5, "px",
             "lenses without a calibration; with one 0.2, 0.6, 2";
         /// Relative uncertainty of the focal length, added to the tolerance as this share of the separation.
         scale_uncertainty: f32 = 2e-4, 0.0..=0.01, "",

@@ -150,17 +150,18 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), HostError> {
             _ => fault(told, "a value of another kind", &wanted(told.row)),
         };
     }
-    let of = |refused: &str| scenario.parameters.iter().find(|told| told.name() == refused);
-    match parameters.check() {
-        Err(ParameterError::Range(refused)) => match of(refused) {
-            Some(told) => fault(told, "out of range", &wanted(told.row)),
-            None => Ok(()),
-        },
-        Err(ParameterError::NotOfBody(refused)) => match of(refused) {
-            Some(told) => fault(told, "the body has none of it", "remove it"),
-            None => Ok(()),
-        },
-        _ => Ok(()),
+    // Without any the flight code itself says at the start what it refuses.
+    let (Some(first), Err(error)) = (scenario.parameters.first(), parameters.check()) else { return Ok(()) };
+    let (ParameterError::Range(refused) | ParameterError::NotOfBody(refused)) = error else {
+        return fault(first, &error.to_string(), "remove it");
+    };
+    match scenario.parameters.iter().find(|told| told.name() == refused) {
+        Some(told) => fault(told, &error.to_string(), &wanted(told.row)),
+        None => {
+            let of_group = |told: &&Told| refused.starts_with(told.row.group);
+            let told = scenario.parameters.iter().find(of_group).unwrap_or(first);
+            fault(told, &format!("with it {error}"), &format!("set {refused} too"))
+        }
     }
 }
 

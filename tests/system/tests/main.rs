@@ -33,6 +33,7 @@ mod magnetometer;
 mod misalignment;
 mod orbits;
 mod packages;
+mod parameter_ranges;
 mod rate_sensor;
 mod rates;
 mod scenarios;

@@ -42,8 +42,8 @@ fn every_parameter_is_told_here_or_by_another_table() {
         }
         read.is_ok()
     });
-    // 15 parameters are said elsewhere: three of imaging, the mounting, the gyro's three, three of the
-    // magnetometer, two of the shutters, body, observation and misalignment of the orbit.
+    // 16 are said elsewhere: three of imaging, the mounting, three of the gyro, three of the magnetometer, two
+    // of the shutters, body and observation of the orbit, two of its misalignment.
     assert_eq!(here.count(), GROUPS.into_iter().flatten().count() - 16);
 }
 
@@ -51,11 +51,14 @@ fn every_parameter_is_told_here_or_by_another_table() {
 fn what_cannot_be_told_is_refused_with_its_line_and_what_to_do() {
     let first = EMBEDDED[0].1.lines().position(|line| line == "[mount]").unwrap() + 2;
     for (line, words) in [
-        ("tracking.gate_px = 25", "parameters.tracking.gate_px: out of range; use a whole number, 3 to 24"),
+        ("tracking.gate_px = 25", "tracking.gate_px is outside its range; use a whole number, 3 to 24"),
         ("tracking.gate_px = nan", "tracking.gate_px: a value of another kind; use a whole number, 3 to 24"),
         ("tracking.gate_px = 4.5", "tracking.gate_px: a value of another kind; use a whole number, 3 to 24"),
         ("tracking.gate_px = [4, 5]", "tracking.gate_px: a value of another kind"),
-        ("earth.limb.height_km = nan", "earth.limb.height_km: out of range; use a number, 0.0 to 60.0"),
+        (
+            "earth.limb.height_km = nan",
+            "earth.limb.height_km is outside its range; use a number, 0.0 to 60.0",
+        ),
         ("orbit.dynamics = \"J3\"", "orbit.dynamics: a value of another kind; use one of Kepler, J2, Full"),
         ("orbit.dynamics = 1", "orbit.dynamics: a value of another kind"),
         (
@@ -66,7 +69,14 @@ fn what_cannot_be_told_is_refused_with_its_line_and_what_to_do() {
         ("imaging.exposure_us = 5", "another table of the scenario says this; use scenario.exposure_ms"),
         ("shutter.look_s = 60", "shutter.look_s: there is none on board; add [shutters]"),
         ("magnetometer.field_ut = 0.2", "magnetometer.field_ut: there is none on board; add [magnetometer]"),
-        ("earth.ellipsoid.polar_km = 100.0", "earth.ellipsoid.polar_km: out of range"),
+        (
+            "earth.ellipsoid.equatorial_km = 100.0",
+            "with it earth.ellipsoid.polar_km is outside its range; set",
+        ),
+        (
+            "earth.ellipsoid.polar_km = 100.0",
+            "earth.ellipsoid.polar_km is outside its range; use a number, 80.0 to 120_000.0",
+        ),
     ] {
         let message = refusal(line);
         assert!(message.contains(&format!("some.toml:{first}: ")) && message.contains(words), "{message}");

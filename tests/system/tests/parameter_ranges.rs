@@ -1,0 +1,63 @@
+//! Every parameter at either end of its range: it is refused with its name, or a flight with it knows the
+//! attitude.
+
+use crate::flights::fly;
+use fsw_core::parameters::GROUPS;
+use fsw_core::parameters::table::Row;
+use sil_host::scenario::{EMBEDDED, Scenario};
+use std::path::Path;
+
+/// Seconds flown, and in how many of the last ones an attitude must be known.
+const SECONDS: u32 = 24;
+const LAST_S: u32 = 16;
+const KNOWN_S: usize = 15;
+
+/// The values at the ends of a range as a scenario writes them; of a choice all.
+fn ends(row: &Row) -> Vec<String> {
+    if let Some(words) = row.range.strip_prefix("one of ") {
+        return words.split(", ").map(|word| format!("\"{word}\"")).collect();
+    }
+    let (low, high) = row.range.split_once(" to ").expect("a range");
+    let numbers = row.default.matches(',').count() + 1;
+    let of = |end: &str| match row.kind.starts_with('[') {
+        true => format!("[{}]", vec![end; numbers].join(", ")),
+        false => end.to_owned(),
+    };
+    [low, high].map(of).to_vec()
+}
+
+#[test]
+fn every_parameter_flies_at_both_ends_of_its_range_or_is_refused_by_name() {
+    let default = EMBEDDED[0].1.replace("duration_s = 21600", &format!("duration_s = {SECONDS}"));
+    let (mut flown, mut refused, mut failed) = (0, 0, Vec::new());
+    for row in GROUPS.into_iter().flatten() {
+        for value in ends(row) {
+            let name = format!("{}.{}", row.group, row.name);
+            let text = format!("{default}\n[parameters]\n{name} = {value}\n");
+            let scenario = match Scenario::parse(Path::new("ends.toml"), &text) {
+                Ok(scenario) => scenario,
+                Err(error) => {
+                    assert!(error.to_string().contains(&name), "{error}");
+                    refused += 1;
+                    continue;
+                }
+            };
+            let (mut known, mut worst) = (0, 0.0f64);
+            fly(&scenario, |second| {
+                if let Some(attitude) = second.judged.attitude_rad {
+                    worst = worst.max(attitude.worst_sigma());
+                    known += usize::from(second.judged.cycle >= SECONDS - LAST_S);
+                }
+            });
+            let line = format!("{name} = {value}: known in {known} s, {worst:.1} sigma");
+            println!("{line}");
+            if known < KNOWN_S || worst >= 6.0 {
+                failed.push(line);
+            }
+            flown += 1;
+        }
+    }
+    println!("{flown} values flown, {refused} refused");
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert!(flown > 150 && refused > 0);
+}
