@@ -8,8 +8,7 @@
 //! orbit.dynamics = "J2"
 //! ```
 //!
-//! What another table of the scenario says is refused here, and so is all that the flight
-//! code would refuse.
+//! What another table of the scenario says is refused here, and so is all that the flight code would refuse.
 
 use super::Scenario;
 use super::text::Text;
