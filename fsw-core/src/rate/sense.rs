@@ -116,8 +116,10 @@ impl RateHistory {
     }
 
     /// Update by the stars of an image, `elapsed_s` after the last one (`None` if not comparable). Returns
-    /// the mean rate between the two by matched stars, its covariance enlarged by the possible change in half
-    /// that time, of a slew more than of a free body, and the number of matches.
+    /// the mean rate between the two by matched stars, its covariance enlarged by the change since, and the
+    /// number of matches. One sigma of that change is by how much the mean rate before differs: as a turn
+    /// begins the rate is up to three times its mean. Where there is none before it may have begun to turn. It
+    /// is no less than in half that time of a slew, or of a free body's turning.
     #[inline(never)]
     pub fn update_from_stars(
         &mut self,
@@ -125,11 +127,13 @@ impl RateHistory {
         elapsed_s: Option<f32>,
     ) -> Option<(Estimate, u32)> {
         let rate = elapsed_s.and_then(|elapsed_s| match_by_separation(&self.marks, &marks, elapsed_s));
-        *self = Self::of_marks(marks);
-        let rate = rate?;
+        let before = core::mem::replace(self, Self::of_marks(marks));
+        let (rate, elapsed_s) = rate.zip(elapsed_s)?;
+        self.mean = Some((rate.rad_s, rate.covariance));
         let size = rate.rad_s.norm();
-        let change = free_body_change(&rate.rad_s).max(SLEW_CHANGE_SHARE * size);
-        let off = 0.5 * change * elapsed_s?;
+        let least = free_body_change(&rate.rad_s).max(SLEW_CHANGE_SHARE * size);
+        let observed = last_mean(&before, elapsed_s).map(|last| change_between(&rate, last, elapsed_s).max());
+        let off = observed.unwrap_or(size).max(0.5 * least) * elapsed_s;
         Some(((rate.rad_s, inflated(rate.covariance, off)), rate.count()))
     }
 

@@ -190,3 +190,50 @@ fn two_streaks_alone_are_no_evidence_after_a_known_rate() {
     std::println!("told after a known rate by two streaks: {two} of 100, by three: {three}");
     assert!(two == 0 && three >= 80, "{two} and {three}");
 }
+
+/// Errors over sigmas, and sigmas as a share of the rate, of the rates between images of six stars without
+/// streaks, second by second, while the size of the rate goes as `deg_s` of time.
+fn fly_by_stars(deg_s: impl Fn(f64) -> f64, chance: &mut Chance) -> std::vec::Vec<[f32; 2]> {
+    let axis = chance.rate(1.0).map(f64::to_degrees);
+    let mut stars: [[f64; 3]; 6] = core::array::from_fn(|_| chance.star());
+    let (mut history, mut told) = (RateHistory::default(), std::vec::Vec::new());
+    for second in 0..10 {
+        let marks = stars.map(|star| Mark {
+            direction: Vector3::from(star.map(|part| part as f32 + 1e-4 * chance.gaussian() as f32))
+                .normalize(),
+            sigma_rad: [1e-4; 2],
+            late_s: 0.0,
+        });
+        let found = history.update_from_stars(marks.into_iter().collect(), (second > 0).then_some(1.0));
+        if let Some(((rate, covariance), _)) = found {
+            let truth = axis.map(|part| (part * deg_s(f64::from(second)).to_radians()) as f32);
+            let sigma = covariance.diagonal().map(libm::sqrtf);
+            told.push([
+                (rate - Vector3::from(truth)).component_div(&sigma).amax(),
+                sigma.amax() / rate.norm(),
+            ]);
+        }
+        for step in 0..100 {
+            let at = deg_s(f64::from(second) + (f64::from(step) + 0.5) / 100.0).to_radians();
+            stars = stars.map(|star| turned(star, axis.map(|part| part * at), 0.01));
+        }
+    }
+    told
+}
+
+#[test]
+fn rates_between_images_of_stars_are_within_their_sigmas_as_a_slew_begins_and_ends() {
+    let mut chance = Chance(17);
+    let turned = |at: f64| (at - 2.0).clamp(0.0, 6.0) / 6.0;
+    let slew = |at: f64| 0.002 + 0.3 * (1.0 - libm::cos(core::f64::consts::TAU * turned(at)));
+    let (mut slewing, mut spinning) = (0.0f32, std::vec::Vec::new());
+    for _ in 0..200 {
+        slewing = fly_by_stars(slew, &mut chance).into_iter().map(|[error, _]| error).fold(slewing, f32::max);
+        spinning.extend(fly_by_stars(|_| 0.3, &mut chance).into_iter().skip(1).map(|[_, share]| share));
+    }
+    spinning.sort_by(f32::total_cmp);
+    let usual = spinning[spinning.len() / 2];
+    std::println!("slews within {slewing:.1} sigma; of a spin known to {usual:.3}, {} times", spinning.len());
+    // With an eighth of the rate as its sigma 13.4 in a slew.
+    assert!(slewing < 4.0 && usual < 0.25 && spinning.len() > 1000);
+}

@@ -63,7 +63,7 @@ fn what_cannot_be_told_is_refused_with_its_line_and_what_to_do() {
         ("orbit.dynamics = 1", "orbit.dynamics: a value of another kind"),
         (
             "identification.centroid_sigma_px = 0.3",
-            "a value of another kind; use all its numbers, 0.05 to 3.0",
+            "a value of another kind; use all its numbers, 0.05 to 2.5",
         ),
         ("tracking.gate = 5", "tracking.gate: unknown parameter; the nearest name is tracking.gate_px"),
         ("imaging.exposure_us = 5", "another table of the scenario says this; use scenario.exposure_ms"),
