@@ -30,7 +30,7 @@ const MOST_DOUBLINGS: u8 = 3;
 const UNSEEN_STRETCH: f32 = 1e-4;
 /// Largest common logarithm of the false-identification probability of an attitude that is within three sigma
 /// of what the filter expects.
-const EXPECTED_LOG10_FALSE: f32 = -5.0;
+pub(super) const EXPECTED_LOG10_FALSE: f32 = -5.0;
 /// Error of a star's centre that the sensor's turning has moved by up to 4 px as nobody knows, px.
 const MOVED_PX: f32 = 0.2;
 /// Fewer spots of a whole image that are drawn out do not say that the sensor turns.

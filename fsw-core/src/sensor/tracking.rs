@@ -1,8 +1,10 @@
 //! Known stars followed in windows about their predicted places.
 
 use super::Sensor;
+use super::acquisition::EXPECTED_LOG10_FALSE;
 use super::propagation::Ephemeris;
 use super::record::StarRecord;
+use super::timekeeping::SECOND_US;
 use crate::attitude::filter::Filter;
 use crate::camera::{Camera, CameraParameters};
 use crate::earth::reach;
@@ -31,6 +33,10 @@ const MOST_LOG10_CHANCE: f32 = -0.3;
 /// stars drawn out one in sixty was beyond four sigma, where a hit or a part of another streak was taken for
 /// a star.
 const SURE_LOG10_CHANCE: f32 = -2.0;
+
+/// Stars that were missing for so long may be anywhere, us: where `modes.patience_s` is a minute chance
+/// matched in one of 60 flights, 16 deg off.
+const FOLLOWED_US: i64 = 5 * SECOND_US;
 
 /// Fewer spots of the windows that are drawn out do not say that the sensor turns. Of particles' tracks few
 /// meet a window.
@@ -328,10 +334,21 @@ impl Sensor<'_> {
         }
     }
 
-    /// Whether a match is hardly chance, by itself or because it is where the filter expects it.
+    /// Whether a match is hardly chance, by itself or because it is where the filter expects it. Once stars
+    /// were missing for [`FOLLOWED_US`] it must be as sure as an identification.
     fn is_convincing(&self, confirmed: &Confirmed) -> bool {
+        let (sure, most) = if self.is_followed() {
+            (SURE_LOG10_CHANCE, MOST_LOG10_CHANCE)
+        } else {
+            (self.parameters.identification.log10_false_limit, EXPECTED_LOG10_FALSE)
+        };
         let chance = confirmed.log10_chance;
-        chance <= SURE_LOG10_CHANCE || chance <= MOST_LOG10_CHANCE && self.is_expected(confirmed)
+        chance <= sure || chance <= most && self.is_expected(confirmed)
+    }
+
+    /// Whether an image has corrected the filter within [`FOLLOWED_US`].
+    fn is_followed(&self) -> bool {
+        self.motion.any().is_some_and(|motion| motion.age_us(self.now) < FOLLOWED_US)
     }
 
     /// Whether an attitude of this second is within three sigma of what the filter expects.

@@ -1,7 +1,7 @@
 //! Every parameter at either end of its range: it is refused with its name, or a flight with it knows the
 //! attitude.
 
-use crate::flights::fly;
+use crate::flights::{fly, member};
 use fsw_core::parameters::GROUPS;
 use fsw_core::parameters::table::Row;
 use sil_host::scenario::{EMBEDDED, Scenario};
@@ -60,4 +60,19 @@ fn every_parameter_flies_at_both_ends_of_its_range_or_is_refused_by_name() {
     println!("{flown} values flown, {refused} refused");
     assert!(failed.is_empty(), "{failed:#?}");
     assert!(flown > 150 && refused > 0);
+}
+
+#[test]
+fn a_minute_of_tracking_without_stars_ends_in_no_match_by_chance() {
+    // Tracking is patient for a minute, its gate is the widest, its spots are noise: before stars that were
+    // missing for seconds had to be as sure as an identification, one second told an attitude 210 sigma off.
+    let (mut known, mut worst) = (0, 0.0f64);
+    fly(&member("any.toml", "any-parameters.toml", 9601, 54), |second| {
+        if let Some(attitude) = second.judged.attitude_rad {
+            worst = worst.max(attitude.worst_sigma());
+            known += 1;
+        }
+    });
+    println!("known in {known} s, {worst:.1} sigma");
+    assert!(known > 60 && worst < 6.0);
 }
