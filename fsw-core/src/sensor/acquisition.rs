@@ -3,7 +3,7 @@
 
 use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
-use super::tracking::{PART_PX, TurnChange};
+use super::tracking::{EXPECTED_LOG10_FALSE, PART_PX, TurnChange};
 use super::turning::DRAWN_SHARE;
 use super::{Sensor, Workspace};
 use crate::attitude::filter::seconds;
@@ -28,9 +28,6 @@ const FIRST_PATIENCE_US: i64 = 2 * SECOND_US;
 const MOST_DOUBLINGS: u8 = 3;
 /// A focal length off by less, share, moves the stars in the corner by a tenth of a pixel at most.
 const UNSEEN_STRETCH: f32 = 1e-4;
-/// Largest common logarithm of the false-identification probability of an attitude that is within three sigma
-/// of what the filter expects.
-pub(super) const EXPECTED_LOG10_FALSE: f32 = -5.0;
 /// Error of a star's centre that the sensor's turning has moved by up to 4 px as nobody knows, px.
 const MOVED_PX: f32 = 0.2;
 /// Fewer spots of a whole image that are drawn out do not say that the sensor turns.

@@ -1,7 +1,6 @@
 //! Known stars followed in windows about their predicted places.
 
 use super::Sensor;
-use super::acquisition::EXPECTED_LOG10_FALSE;
 use super::propagation::Ephemeris;
 use super::record::StarRecord;
 use super::timekeeping::SECOND_US;
@@ -33,6 +32,10 @@ const MOST_LOG10_CHANCE: f32 = -0.3;
 /// stars drawn out one in sixty was beyond four sigma, where a hit or a part of another streak was taken for
 /// a star.
 const SURE_LOG10_CHANCE: f32 = -2.0;
+
+/// Largest common logarithm of the false-identification probability of an attitude that is within three sigma
+/// of what the filter expects.
+pub(super) const EXPECTED_LOG10_FALSE: f32 = -5.0;
 
 /// Stars that were missing for so long may be anywhere, us: where `modes.patience_s` is a minute chance
 /// matched in one of 60 flights, 16 deg off.
