@@ -31,7 +31,7 @@ use heapless::Vec;
 use nalgebra::Vector3;
 use streaks::{MAX_STREAKS, SAME_PX};
 
-/// An image of whose spots one in so many stand on clouds or a limb shows the Earth.
+/// An image of whose spots more than one in so many stand on clouds or a limb shows the Earth.
 const CLOUDS_SHARE: usize = 3;
 /// Streaks at least so long are sought as lines in the next image, shorter ones by the scan, px.
 const LONG_PX: f32 = 30.0;
@@ -304,10 +304,10 @@ impl Sensor<'_> {
         stars.rate = rate;
     }
 
-    /// Whether one in [`CLOUDS_SHARE`] of the scan's spots or more stand on or beside an extended object.
+    /// Whether more than one in [`CLOUDS_SHARE`] of the scan's spots stand on or beside an extended object.
     fn shows_clouds(&self) -> bool {
         let spots = self.workspace.detections.spots();
-        CLOUDS_SHARE * spots.iter().filter(|spot| spot.extended).count() >= spots.len()
+        CLOUDS_SHARE * spots.iter().filter(|spot| spot.extended).count() > spots.len()
     }
 
     /// After a scan that showed streaks, of those it has touched. Shreds of cloud are drawn out alike by the
