@@ -37,6 +37,13 @@ pub struct Row {
     pub source: &'static str,
 }
 
+impl Row {
+    /// The words of a choice in the order of their numbers, for the host; `None` of what is none.
+    pub fn choices(&self) -> Option<impl Iterator<Item = &'static str> + use<>> {
+        self.range.strip_prefix("one of ").map(|words| words.split(", "))
+    }
+}
+
 /// Name, least and greatest value of a parameter; those of `f32` where it has no range.
 pub type Bounds = (&'static str, f32, f32);
 

@@ -196,7 +196,7 @@ fn a_choice_without_a_name_is_refused() {
     assert!(!body.choose(3) && body == CentralBody::Mars);
     // Every choice has as many numbers as names.
     let mut parameters = Parameters::for_camera(reference_camera());
-    let names = |row: &Row| row.range.strip_prefix("one of ").unwrap().split(", ").count();
+    let names = |row: &Row| row.choices().unwrap().count();
     let choices = places(&mut parameters).into_iter().filter(|(.., field)| matches!(field, Field::Choice(_)));
     let names: Vec<usize> = choices.map(|(row, ..)| names(row)).collect();
     fn numbers<T: Parameter>(mut of: T) -> usize {

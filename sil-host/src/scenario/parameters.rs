@@ -103,10 +103,10 @@ fn numbers(row: &Row, value: &Value) -> Option<Vec<f32>> {
     match value {
         Value::Array(values) => values.iter().map(number).collect(),
         Value::String(word) => {
-            let place = choices(row)?.position(|choice| choice == word)?;
+            let place = row.choices()?.position(|choice| choice == word)?;
             Some(vec![place as f32])
         }
-        value if choices(row).is_none() => Some(vec![number(value)?]),
+        value if row.choices().is_none() => Some(vec![number(value)?]),
         _ => None,
     }
 }
@@ -117,11 +117,6 @@ fn number(value: &Value) -> Option<f32> {
         Value::Integer(number) => Some(*number as f32),
         _ => None,
     }
-}
-
-/// The words of a choice.
-fn choices(row: &Row) -> Option<impl Iterator<Item = &'static str>> {
-    row.range.strip_prefix("one of ").map(|words| words.split(", "))
 }
 
 /// What a parameter may be.
@@ -141,6 +136,8 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), HostError> {
         let what = format!("parameters.{}: {what}", told.name());
         Err(HostError::input(&scenario.file, Some(told.line), what, to_do))
     };
+    // Without any the flight code itself says at the start what it refuses.
+    let Some(first) = scenario.parameters.first() else { return Ok(()) };
     let mut parameters = scenario.flight_parameters(None);
     if let Some(told) = scenario.parameters.iter().find(|told| !told.put_into(&mut parameters)) {
         return match told.row.group {
@@ -149,8 +146,7 @@ pub(super) fn check(scenario: &Scenario) -> Result<(), HostError> {
             _ => fault(told, "a value of another kind", &wanted(told.row)),
         };
     }
-    // Without any the flight code itself says at the start what it refuses.
-    let (Some(first), Err(error)) = (scenario.parameters.first(), parameters.check()) else { return Ok(()) };
+    let Err(error) = parameters.check() else { return Ok(()) };
     let (ParameterError::Range(refused) | ParameterError::NotOfBody(refused)) = error else {
         return fault(first, &error.to_string(), "remove it");
     };

@@ -40,6 +40,20 @@ fn sigmas(rate: &StreakRate, truth: [f64; 3]) -> f32 {
     (found * sense - truth).component_div(&sigma).amax()
 }
 
+/// Where stars are a second after `second`, while they turn about an axis by `deg_s` of time: the exposures'
+/// middles are a second apart, the mean of a hundred steps.
+fn a_second_later<const COUNT: usize>(
+    stars: [[f64; 3]; COUNT],
+    axis: [f64; 3],
+    deg_s: impl Fn(f64) -> f64,
+    second: u32,
+) -> [[f64; 3]; COUNT] {
+    (0..100).fold(stars, |stars, step| {
+        let at = deg_s(f64::from(second) + (f64::from(step) + 0.5) / 100.0).to_radians();
+        stars.map(|star| turned(star, axis.map(|part| part * at), 0.01))
+    })
+}
+
 /// Eight stars seen for ten seconds while the size of the rate goes as `deg_s` of time. Returns the largest
 /// errors of the rates that were told, sigmas, of the last one, a share of it, and by which share of it each
 /// may change in a second.
@@ -56,11 +70,7 @@ fn fly(deg_s: impl Fn(f64) -> f64, chance: &mut Chance) -> (std::vec::Vec<f32>, 
             last = (rate_told.estimate.0.norm() / Vector3::from(rate).norm() as f32 - 1.0).abs();
             changes.push(history.possible_change().unwrap().amax() / rate_told.estimate.0.norm());
         }
-        // The exposures' middles are a second apart: the mean of a hundred steps.
-        for step in 0..100 {
-            let at = deg_s(f64::from(second) + (f64::from(step) + 0.5) / 100.0).to_radians();
-            stars = stars.map(|star| turned(star, axis.map(|part| part * at), 0.01));
-        }
+        stars = a_second_later(stars, axis, &deg_s, second);
     }
     (errors, last, changes)
 }
@@ -213,10 +223,7 @@ fn fly_by_stars(deg_s: impl Fn(f64) -> f64, chance: &mut Chance) -> std::vec::Ve
                 sigma.amax() / rate.norm(),
             ]);
         }
-        for step in 0..100 {
-            let at = deg_s(f64::from(second) + (f64::from(step) + 0.5) / 100.0).to_radians();
-            stars = stars.map(|star| turned(star, axis.map(|part| part * at), 0.01));
-        }
+        stars = a_second_later(stars, axis, &deg_s, second);
     }
     told
 }

@@ -32,7 +32,7 @@ fn numbers_arrays_and_choices_reach_the_flight_code_and_nothing_else_changes() {
 fn every_parameter_is_told_here_or_by_another_table() {
     let all = "[gyro]\n[magnetometer]\n[shutters]\npaths = \"both\"\n";
     let here = GROUPS.into_iter().flatten().filter(|row| {
-        let value = match choices(row).and_then(|mut words| words.next()) {
+        let value = match row.choices().and_then(|mut words| words.next()) {
             Some(word) => format!("\"{word}\""),
             None => row.default.to_owned(),
         };
